@@ -1,0 +1,1 @@
+"""Cloth: drawdown, floats and the physical layout of threads."""

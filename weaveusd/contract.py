@@ -1,0 +1,183 @@
+"""What makers and judges share: channels, shader inputs, attribute and file names.
+
+A name is spelled here once. Tests hold the schema, the networks, the translator and the BSDF
+to it. Nothing here computes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Encoding = Literal["color", "vector", "scalar", "label"]
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One texture channel of a cloth.
+
+    `components` values a texel. `encoding` says how the numbers mean something: `color` is
+    linear Rec.709 reflectance; `vector` is a unit vector in the cloth frame, components -1…1;
+    `scalar` a number in `unit`; `label` an integer that must never be filtered.
+    `files` are the names, below the asset's texture folder, that carry the channel.
+    """
+
+    name: str
+    components: int
+    encoding: Encoding
+    unit: str
+    files: tuple[str, ...]
+    meaning: str
+
+
+# The .png files serve renderers that others wrote; the .exr files hold what the exact BSDF reads.
+CHANNELS: dict[str, Channel] = {
+    c.name: c
+    for c in (
+        Channel("base_color", 3, "color", "1", ("base_color.png", "base_color.exr"),
+                "albedo of the yarn on top"),
+        Channel("normal", 3, "vector", "1", ("normal.png", "normal.exr"),
+                "unit normal of the yarn's surface, cloth frame"),
+        Channel("tangent", 3, "vector", "1", ("tangent.png", "tangent.exr"),
+                "unit direction of the fibre, cloth frame, orthogonal to normal"),
+        Channel("height", 1, "scalar", "mm", ("height.exr",),
+                "height above the crown of the highest float, hence never positive"),
+        Channel("opacity", 1, "scalar", "1", ("opacity.png",),
+                "1 where there is yarn, 0 in the gaps between yarns"),
+        Channel("yarn_id", 1, "label", "1", ("yarn_id.png",),
+                "index of the yarn plus one; 0 in gaps"),
+    )
+}  # fmt: skip
+
+GAP = -1
+"""Yarn index of a texel without yarn, in memory. Files store the index plus one."""
+
+VECTOR_PNG_LEVELS = 65534
+"""A component q of a vector in a 16-bit PNG is round((q/2 + 1/2) · 65534): 0 is exact."""
+
+# --- The exact shader, on `outputs:mitsuba:surface` -------------------------------------------
+
+MITSUBA_CONTEXT = "mitsuba"
+CLOTH_SHADER_ID = "weaveusd_cloth"
+MAX_YARNS = 255
+"""Yarns in one material: the yarn id is stored in 8 bits, 0 being the gap."""
+
+SHADER_FILES: dict[str, str] = {
+    "base_color_file": "base_color.exr",
+    "normal_file": "normal.exr",
+    "tangent_file": "tangent.exr",
+    "height_file": "height.exr",
+    "opacity_file": "opacity.png",
+    "yarn_id_file": "yarn_id.png",
+}
+"""Asset inputs of the shader and the texture file that each one names."""
+
+SHADER_YARN_INPUTS: dict[str, str] = {
+    "eta": "index of refraction of the fibre",
+    "k_d": "share of isotropic scattering in the volume lobe, 0…1",
+    "k_s": "scale of the surface lobe, 0…1",
+    "gamma_s": "width of the surface lobe in radians",
+    "gamma_v": "width of the volume lobe in radians",
+    "tau": "share of the volume lobe that leaves on the other side, 0…1",
+    "normalization": "N_V, the factor that makes the base color an albedo",
+}
+"""Inputs of type float[], one value a yarn, in the order of the yarn ids."""
+
+SHADER_UV_SCALE = "uv_scale"
+"""float2: repeats of the cloth in one unit of st. As published, st is in metres."""
+
+SHADER_VARNAME = "varname"
+"""string: the primvar that holds the texture coordinates."""
+
+DEFAULT_ST = "st"
+
+# --- Schema -----------------------------------------------------------------------------------
+
+CLOTH_API = "WeaveClothAPI"
+YARN_API = "WeaveYarnAPI"
+CLOTH_NAMESPACE = "weave"
+YARN_NAMESPACE = "weave:yarn"
+
+
+@dataclass(frozen=True, slots=True)
+class Attribute:
+    """An attribute of our schema: base name in its namespace, Sdf type, unit, meaning.
+
+    `hard` are the limits that a value never leaves, (low, high), None where open.
+    """
+
+    name: str
+    type: str
+    unit: str
+    meaning: str
+    hard: tuple[float | None, float | None] = (None, None)
+    tokens: tuple[str, ...] = ()
+
+
+CLOTH_ATTRIBUTES: tuple[Attribute, ...] = (
+    Attribute("draftTitle", "string", "", "title of the draft"),
+    Attribute("draftSha256", "string", "", "SHA-256 of the draft file as read"),
+    Attribute("drawdownSha256", "string", "",
+              "SHA-256 of the packed bits of the drawdown, row 0 the first pick, 1 warp on top"),
+    Attribute("draft", "asset", "", "the draft as clean WIF, beside the asset"),
+    Attribute("recipe", "string", "", "name of the preset or recipe"),
+    Attribute("recipeSource", "string", "", "where the recipe's numbers come from"),
+    Attribute("toolVersion", "string", "", "version of weaveusd that made the asset"),
+    Attribute("seed", "int", "", "seed of every irregularity", (0, None)),
+    Attribute("ends", "int", "threads", "warp threads in the repeat", (1, None)),
+    Attribute("picks", "int", "threads", "weft threads in the repeat", (1, None)),
+    Attribute("shafts", "int", "", "shafts that the draft uses", (0, None)),
+    Attribute("longestFloat", "int", "threads", "longest float of either face", (1, None)),
+    Attribute("endsPerCm", "double", "1/cm", "warp sett", (0.0, None)),
+    Attribute("picksPerCm", "double", "1/cm", "weft sett", (0.0, None)),
+    Attribute("repeatWidth", "double", "mm", "width of the repeat, along the weft", (0.0, None)),
+    Attribute("repeatHeight", "double", "mm", "height of the repeat, along the warp", (0.0, None)),
+    Attribute("thickness", "double", "mm", "thickness of the cloth", (0.0, None)),
+    Attribute("arealDensity", "double", "g/m²", "weight of the cloth", (0.0, None)),
+    Attribute("warpCover", "double", "1", "share of the area under warp yarn", (0.0, 1.0)),
+    Attribute("weftCover", "double", "1", "share of the area under weft yarn", (0.0, 1.0)),
+    Attribute("cover", "double", "1", "share of the area under any yarn", (0.0, 1.0)),
+    Attribute("textureWidth", "int", "texels", "texels of the repeat along the weft", (1, None)),
+    Attribute("textureHeight", "int", "texels", "texels of the repeat along the warp", (1, None)),
+    Attribute("yarns", "token[]", "", "instances of WeaveYarnAPI in the order of the yarn ids"),
+)  # fmt: skip
+
+YARN_ATTRIBUTES: tuple[Attribute, ...] = (
+    Attribute("id", "int", "", "value of the yarn id texture, 1 for the first yarn", (1, 255)),
+    Attribute("system", "token", "", "system of threads", tokens=("warp", "weft")),
+    Attribute("fibre", "token", "", "fibre of the yarn"),
+    Attribute("tex", "double", "tex", "linear density, g/km", (0.0, None)),
+    Attribute("plies", "int", "", "singles twisted together", (1, None)),
+    Attribute("twist", "double", "1/m", "turns in one metre", (0.0, None)),
+    Attribute("twistDirection", "token", "", "direction of the twist", tokens=("S", "Z")),
+    Attribute("twistAngle", "double", "rad", "angle of the fibre to the yarn's axis, S positive"),
+    Attribute("twistDeviation", "double", "rad", "standard deviation of the twist angle",
+              (0.0, None)),
+    Attribute("packing", "double", "1", "share of fibre in the yarn's section", (0.0, 1.0)),
+    Attribute("width", "double", "mm", "width of the yarn in the cloth", (0.0, None)),
+    Attribute("height", "double", "mm", "thickness of the yarn in the cloth", (0.0, None)),
+    Attribute("crimp", "double", "1", "arc length over chord, less one", (0.0, None)),
+    Attribute("color", "color3f", "1", "albedo, linear Rec.709", (0.0, 1.0)),
+    Attribute("eta", "double", "1", "index of refraction", (1.0, 3.0)),
+    Attribute("kD", "double", "1", "isotropic share of the volume lobe", (0.0, 1.0)),
+    Attribute("kS", "double", "1", "scale of the surface lobe", (0.0, 1.0)),
+    Attribute("gammaS", "double", "rad", "width of the surface lobe", (0.0, None)),
+    Attribute("gammaV", "double", "rad", "width of the volume lobe", (0.0, None)),
+    Attribute("tau", "double", "1", "transmitted share of the volume lobe", (0.0, 1.0)),
+    Attribute("normalization", "double", "1", "N_V, from the other numbers", (0.0, None)),
+)  # fmt: skip
+
+# --- Files of an asset --------------------------------------------------------------------------
+
+TEXTURE_DIR = "textures"
+LOOK_LAYER = "look.usda"
+MATERIALX_FILE = "material.mtlx"
+MANIFEST_FILE = "manifest.json"
+DRAFT_FILE = "draft.wif"
+MATERIAL_NAME = "Material"
+VERSION_PATTERN = r"v\d{3,}"
+
+
+def entry_layer(asset: str) -> str:
+    """Return the file name of the entry layer of the asset named `asset`."""
+    return f"{asset}.usda"

@@ -1,0 +1,1 @@
+"""Drafts: the WIF reader and writer, standard weaves, and pictures of them."""

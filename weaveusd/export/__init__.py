@@ -1,0 +1,1 @@
+"""Export: images, the USD asset, MaterialX, and the atomic publish."""

@@ -1,0 +1,1 @@
+"""Render: the Mitsuba BSDF and the translator from USD stages."""

@@ -1,0 +1,52 @@
+"""The ClothMaterial: everything that an asset says about a cloth, before it is written."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from weaveusd.cloth.model import Weave
+    from weaveusd.synth.model import TextureSet
+
+
+@dataclass(frozen=True, slots=True)
+class StandardFit:
+    """Parameters of the standard shaders for one yarn-level texture set.
+
+    `alpha_along` and `alpha_across` are GGX roughnesses along the fibre and across it; the
+    highlight is narrow along the fibre. `f0` is the reflectance at normal incidence.
+    """
+
+    alpha_along: float
+    alpha_across: float
+    f0: float
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Where a cloth comes from, for its attributes."""
+
+    draft_title: str
+    draft_sha256: str
+    draft_wif: bytes  # the draft as clean WIF, without personal fields
+    shafts: int
+    recipe: str
+    recipe_source: str
+    tool_version: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClothMaterial:
+    """A cloth ready for export.
+
+    `normalization` holds N_V for each yarn of `weave.yarns`, in order; `fit` the standard
+    shaders' parameters.
+    """
+
+    name: str
+    weave: Weave
+    textures: TextureSet
+    normalization: tuple[float, ...]
+    fit: StandardFit
+    provenance: Provenance

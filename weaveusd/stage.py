@@ -1,0 +1,1 @@
+"""Registers the schema and opens stages."""

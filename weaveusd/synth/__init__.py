@@ -1,0 +1,1 @@
+"""Synthesis: textures from the real geometry of the yarns."""

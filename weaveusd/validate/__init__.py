@@ -1,0 +1,1 @@
+"""Validate: checks on published files, and their report."""

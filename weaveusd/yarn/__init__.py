@@ -1,0 +1,1 @@
+"""Yarns and recipes: counts, diameters, twist, optics, and presets with sources."""
