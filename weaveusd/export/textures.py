@@ -1,0 +1,141 @@
+"""The texture files of a cloth: encoded, flipped and written band by band.
+
+In memory, row 0 lies at y = 0 and rows grow with y; in a file the top row has the highest y.
+Rows are turned over here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from weaveusd.contract import CHANNELS, VECTOR_PNG_LEVELS, Channel
+from weaveusd.export.images import ImageWriter, density
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from weaveusd.synth.model import Band, Floats32, TextureSet
+
+Progress = Callable[[float], None]
+"""Told the share of the work done, 0…1, never falling."""
+
+BAND_TEXELS = 2**19
+
+
+def write_textures(
+    textures: TextureSet, folder: Path, *, progress: Progress | None = None
+) -> tuple[Path, ...]:
+    """Write every channel of `textures` into `folder` and return the files, sorted.
+
+    Each band of rows is computed once and goes to all files, so that memory depends on
+    `BAND_TEXELS` alone and not on the height.
+
+    Files hold: EXR half floats, zip, wrap modes periodic, colors linear Rec.709 and vectors
+    signed; `base_color.png` 8 bits under the sRGB curve (IEC 61966-2-1); vectors in PNG
+    16 bits, `round((q/2 + 1/2) · 65534)`; opacity 8 bits; yarn ids 8 bits, index plus one.
+    All state the physical size as pixels per inch.
+
+    Raises
+    ------
+    ValueError
+        A band lacks a channel, or has another shape, a value that is not finite or a yarn
+        index that 8 bits do not hold.
+    WeaveusdError
+        A file could not be written.
+    """
+    size = density(textures.width, textures.height, textures.repeat_mm)
+    with ExitStack() as stack:
+        writers: dict[str, list[tuple[Path, ImageWriter]]] = {}
+        for channel in CHANNELS.values():
+            for name in channel.files:
+                path = folder / name
+                writer = ImageWriter(
+                    path,
+                    textures.width,
+                    textures.height,
+                    channel.components,
+                    _stored_type(channel, path.suffix),
+                    {**size, **_tags(channel, path.suffix)},
+                )
+                stack.enter_context(writer)
+                writers.setdefault(channel.name, []).append((path, writer))
+        for first, last in _bands(textures.width, textures.height):
+            band = textures.band(first, last)
+            for name, files in writers.items():
+                rows = _checked(band, name, last - first, textures.width)[::-1]
+                for path, writer in files:
+                    writer.write(encode(CHANNELS[name], path.suffix, rows))
+            if progress is not None:
+                progress((textures.height - first) / textures.height)
+    return tuple(sorted(path for files in writers.values() for path, _ in files))
+
+
+def encode(channel: Channel, suffix: str, values: Floats32) -> NDArray[Any]:
+    """Return `values` of `channel` as the numbers that its file of `suffix` stores."""
+    if suffix == ".exr":
+        halves: NDArray[np.float16] = values.astype(np.float16)
+        return halves
+    if channel.encoding == "color":
+        return np.searchsorted(_SRGB_STEPS, values, side="right").astype(np.uint8)
+    if channel.encoding == "vector":
+        half = VECTOR_PNG_LEVELS // 2
+        levels = np.rint(values.astype(np.float64) * half) + half
+        return np.clip(levels, 0, VECTOR_PNG_LEVELS).astype(np.uint16)
+    if channel.encoding == "label":
+        labels = np.rint(values) + 1
+        if labels.min() < 0 or labels.max() > 255:
+            raise ValueError(f"{channel.name}: {labels.min():g}…{labels.max():g} leaves 8 bits")
+        return labels.astype(np.uint8)
+    return np.rint(np.clip(values, 0, 1).astype(np.float64) * 255).astype(np.uint8)
+
+
+def _srgb_decode(code: float) -> float:
+    """Return the linear value of an sRGB `code` in 0…1 (IEC 61966-2-1)."""
+    linear: float = code / 12.92 if code <= 0.04045 else ((code + 0.055) / 1.055) ** 2.4
+    return linear
+
+
+# Comparing with the borders between codes rounds exactly, on every machine alike; the power
+# functions of vector units differ in their last bit.
+_SRGB_STEPS = np.array([_srgb_decode((k + 0.5) / 255) for k in range(255)], dtype=np.float32)
+
+
+def _stored_type(channel: Channel, suffix: str) -> str:
+    if suffix == ".exr":
+        return "float16"
+    return "uint16" if channel.encoding == "vector" else "uint8"
+
+
+def _tags(channel: Channel, suffix: str) -> dict[str, str]:
+    if channel.encoding != "color":
+        space = "data"
+    else:
+        space = "lin_rec709" if suffix == ".exr" else "srgb_rec709_scene"
+    tags = {"oiio:ColorSpace": space}
+    if suffix == ".exr":
+        tags["wrapmodes"] = "periodic,periodic"
+    return tags
+
+
+def _bands(width: int, height: int) -> Iterator[tuple[int, int]]:
+    """Yield (first, last) rows of all bands, the highest y first."""
+    rows = max(1, BAND_TEXELS // width)
+    for last in range(height, 0, -rows):
+        yield max(0, last - rows), last
+
+
+def _checked(band: Band, name: str, rows: int, width: int) -> Floats32:
+    if name not in band:
+        raise ValueError(f"the band lacks channel {name}")
+    values = band[name]
+    expected = (rows, width, CHANNELS[name].components)
+    if values.shape != expected:
+        raise ValueError(f"channel {name} has shape {values.shape}, expected {expected}")
+    if not np.isfinite(values).all():
+        raise ValueError(f"channel {name} holds values that are not finite")
+    return values
