@@ -131,7 +131,7 @@ def shader_layer() -> Sdf.Layer:
     asset.default = Sdf.AssetPath("./shaders.usda")
     meanings = {name: c.meaning for c in CHANNELS.values() for name in c.files}
     for name, file in SHADER_FILES.items():
-        _add_input(shader, name, types.Asset, f"File of the {meanings[file]}.", Sdf.AssetPath())
+        _add_input(shader, name, types.Asset, f"Texture: {meanings[file]}.", Sdf.AssetPath())
     for name, meaning in SHADER_YARN_INPUTS.items():
         _add_input(shader, name, types.FloatArray, f"For each yarn: {meaning}.", [])
     _add_input(

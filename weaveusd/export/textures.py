@@ -81,7 +81,8 @@ def encode(channel: Channel, suffix: str, values: Floats32) -> NDArray[Any]:
         halves: NDArray[np.float16] = values.astype(np.float16)
         return halves
     if channel.encoding == "color":
-        return np.searchsorted(_SRGB_STEPS, values, side="right").astype(np.uint8)
+        codes: NDArray[np.uint8] = np.searchsorted(_SRGB_STEPS, values, side="right").astype("u1")
+        return codes
     if channel.encoding == "vector":
         half = VECTOR_PNG_LEVELS // 2
         levels = np.rint(values.astype(np.float64) * half) + half
