@@ -1,0 +1,279 @@
+"""The cloth as a Mitsuba BSDF: the plugin `weaveusd_cloth`.
+
+Import this module after `weaveusd.render.variant.prepare`; call `register` before a scene with
+the plugin is loaded. Every texel gives a yarn's frame, color and yarn; the yarn gives its optics.
+Gaps between yarns let light pass straight, as Mitsuba's `mask` does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from weaveusd import contract
+from weaveusd.render import lobes
+from weaveusd.render.packing import COLOR, COMPONENTS, NORMAL, OPACITY, TANGENT, YARN, pack
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+YARN_INPUTS = tuple(contract.SHADER_YARN_INPUTS)
+REFLECTION, TRANSMISSION, NULL = 0, 1, 2
+"""Indices of the components."""
+
+_LIMITS: dict[str, tuple[float, float]] = {
+    "eta": (1.0, 3.0),
+    "k_d": (0.0, 1.0),
+    "k_s": (0.0, 1.0),
+    "gamma_s": (1e-3, 6.3),
+    "gamma_v": (1e-3, 6.3),
+    "tau": (0.0, 1.0),
+    "normalization": (0.0, 1e3),
+}
+
+
+def cloth_bsdf_dict(
+    arrays: Mapping[str, NDArray[Any]],
+    yarn_inputs: Mapping[str, Sequence[float]],
+    uv_scale: tuple[float, float],
+) -> dict[str, Any]:
+    """Return the dictionary from which `mi.load_dict` makes a cloth out of arrays in memory.
+
+    Parameters
+    ----------
+    arrays
+        Channel name to (H, W, components) array, row 0 at v = 0: `normal`, `tangent`,
+        `base_color`, `opacity` and `yarn_id`, the last as index with `contract.GAP` in gaps.
+        These are the channels of a `TextureSet`, read as a whole.
+    yarn_inputs
+        `contract.SHADER_YARN_INPUTS`, one value for each yarn; angles in radians.
+    uv_scale
+        Repeats of the textures in one unit of the texture coordinates.
+
+    Raises
+    ------
+    ValueError
+        When a channel or an input is missing, has the wrong shape, or leaves its range.
+    """
+    optics = yarn_table(yarn_inputs)
+    packed, _ = pack(arrays, optics.shape[1])
+    return packed_bsdf_dict(packed, optics, uv_scale)
+
+
+def packed_bsdf_dict(
+    packed: NDArray[np.float32], optics: NDArray[np.float32], uv_scale: tuple[float, float]
+) -> dict[str, Any]:
+    """Return the dictionary for what `pack` and `yarn_table` return."""
+    if not all(np.isfinite(s) and s > 0 for s in uv_scale):
+        raise ValueError(f"uv_scale: is {tuple(uv_scale)}, expected two positive numbers")
+    register()
+    return {
+        "type": contract.CLOTH_SHADER_ID,
+        "packed": mi.TensorXf(packed),
+        "optics": mi.TensorXf(optics),
+        "repeats_u": float(uv_scale[0]),
+        "repeats_v": float(uv_scale[1]),
+    }
+
+
+def yarn_table(inputs: Mapping[str, Sequence[float]]) -> NDArray[np.float32]:
+    """Return the optics as (7, yarns) float32, in the order of `contract.SHADER_YARN_INPUTS`."""
+    missing = [name for name in YARN_INPUTS if name not in inputs]
+    if missing:
+        raise ValueError(f"{missing[0]}: is missing, expected one value for each yarn")
+    columns = [np.asarray(inputs[name], np.float32).reshape(-1) for name in YARN_INPUTS]
+    yarns = columns[0].size
+    if not 1 <= yarns <= contract.MAX_YARNS:
+        raise ValueError(f"eta: has {yarns} values, expected 1 to {contract.MAX_YARNS} yarns")
+    for name, column in zip(YARN_INPUTS, columns, strict=True):
+        low, high = _LIMITS[name]
+        if column.size != yarns:
+            raise ValueError(f"{name}: has {column.size} values, but eta has {yarns}")
+        wrong = ~((column >= low) & (column <= high))
+        if wrong.any():
+            raise ValueError(f"{name}: is {column[wrong][0]:g}, expected {low:g} to {high:g}")
+    return np.stack(columns)
+
+
+def register() -> None:
+    """Make the plugin known to the active variant."""
+    _register(mi.variant())
+
+
+class Cloth:
+    """Lookup and lobes in Mitsuba's terms; the plugin class hands its calls to this one."""
+
+    def __init__(self, packed: Any, optics: Any, repeats: tuple[float, float]) -> None:
+        if len(packed.shape) != 3 or packed.shape[2] != COMPONENTS:
+            raise ValueError(f"packed: has shape {packed.shape}, expected (H, W, {COMPONENTS})")
+        if len(optics.shape) != 2 or optics.shape[0] != len(YARN_INPUTS):
+            raise ValueError(f"optics: has shape {optics.shape}, expected ({len(YARN_INPUTS)}, n)")
+        self.texture = mi.Texture2f(
+            packed,
+            use_accel=False,
+            filter_mode=dr.FilterMode.Nearest,
+            wrap_mode=dr.WrapMode.Repeat,
+        )
+        self.optics = {name: optics[i].array for i, name in enumerate(YARN_INPUTS)}
+        self.repeats = mi.ScalarVector2f(*repeats)
+        # Opaque values keep kernels alike, so that other cloths reuse them.
+        dr.make_opaque(self.optics)
+
+    def texel(self, si: Any, active: Any) -> list[Any]:
+        """Return the twelve packed values at the interaction."""
+        uv = mi.Point2f(si.uv.x * self.repeats.x, si.uv.y * self.repeats.y)
+        texel: list[Any] = self.texture.eval(uv, active)
+        return texel
+
+    def yarn(
+        self, si: Any, texel: Sequence[Any], active: Any
+    ) -> tuple[Any, Any, lobes.LobeParameters]:
+        """Return normal and tangent in the shading frame, and the optics."""
+        # The frame's t is n × s: where the texture is mirrored, it runs against growing v.
+        mirrored = dr.dot(si.sh_frame.t, si.dp_dv) < 0
+        flip = mi.Vector3f(1, dr.select(mirrored, -1.0, 1.0), 1)
+        normal = flip * mi.Vector3f(*texel[NORMAL : NORMAL + 3])
+        tangent = flip * mi.Vector3f(*texel[TANGENT : TANGENT + 3])
+        index = mi.UInt32(texel[YARN] + 0.5)
+        optics = [_gather(self.optics[name], index, active) for name in YARN_INPUTS]
+        color = mi.Color3f(*texel[COLOR : COLOR + 3])
+        return normal, tangent, lobes.LobeParameters(color, *optics)
+
+    def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any) -> tuple[Any, Any]:
+        """Return value times cosine, and density; both 0 where the side rule forbids `wo`."""
+        texel = self.texel(si, active)
+        normal, tangent, yarn = self.yarn(si, texel, active)
+        value, pdf = lobes.evaluate_pdf(si.wi, wo, normal, tangent, yarn)
+        allowed = active & _allowed(ctx, si.wi, wo, normal)
+        opacity = texel[OPACITY]
+        return dr.select(allowed, value * opacity, 0), dr.select(allowed, pdf * opacity, 0)
+
+    def sample(self, ctx: Any, si: Any, choice: Any, point: Any, active: Any) -> tuple[Any, Any]:
+        """Return a sample and its weight: of the null component in gaps, else of the lobes."""
+        texel = self.texel(si, active)
+        normal, tangent, yarn = self.yarn(si, texel, active)
+        opacity = texel[OPACITY]
+        share = opacity
+        if not ctx.is_enabled(mi.BSDFFlags.Null, NULL):
+            share = mi.Float(1)
+        elif not _lobes_enabled(ctx):
+            share = mi.Float(0)
+        passes = choice >= share
+        choice = dr.clip(choice / dr.maximum(share, 1e-12), 0, 0.99999994)
+
+        wo = lobes.sample(choice, point, si.wi, normal, tangent, yarn)
+        value, pdf = lobes.evaluate_pdf(si.wi, wo, normal, tangent, yarn)
+        allowed = active & _allowed(ctx, si.wi, wo, normal) & (pdf > 0)
+        reflected = wo.z * si.wi.z > 0
+
+        bs = mi.BSDFSample3f()
+        bs.wo = dr.select(passes, -si.wi, wo)
+        bs.pdf = dr.select(passes, 1 - share, dr.select(allowed, pdf * share, 0))
+        bs.eta = 1.0
+        lobe = dr.select(
+            reflected,
+            mi.UInt32(int(mi.BSDFFlags.GlossyReflection)),
+            mi.UInt32(int(mi.BSDFFlags.GlossyTransmission)),
+        )
+        bs.sampled_type = dr.select(passes, mi.UInt32(int(mi.BSDFFlags.Null)), lobe)
+        component = dr.select(reflected, mi.UInt32(REFLECTION), mi.UInt32(TRANSMISSION))
+        bs.sampled_component = dr.select(passes, mi.UInt32(NULL), component)
+
+        # Where every event was enabled, share and opacity are one and cancel.
+        weight = value * (opacity / dr.maximum(pdf * share, 1e-20))
+        through = dr.select(share < 1, (1 - opacity) / dr.maximum(1 - share, 1e-12), 0)
+        weight = dr.select(passes, 0, dr.select(allowed, weight, 0))
+        weight = dr.select(passes & active, mi.Color3f(through), weight)
+        return bs, weight
+
+
+def _allowed(ctx: Any, wi: Any, wo: Any, normal: Any) -> Any:
+    """Return where `wo` lies on an enabled side on which yarn and surface agree."""
+    reflected = wo.z * wi.z > 0
+    by_yarn = dr.dot(normal, wo) * dr.select(dr.dot(normal, wi) < 0, -1.0, 1.0) > 0
+    enabled = dr.select(
+        reflected,
+        mi.Bool(ctx.is_enabled(mi.BSDFFlags.GlossyReflection, REFLECTION)),
+        mi.Bool(ctx.is_enabled(mi.BSDFFlags.GlossyTransmission, TRANSMISSION)),
+    )
+    return enabled & (reflected == by_yarn) & (wo.z * wi.z != 0)
+
+
+def _lobes_enabled(ctx: Any) -> bool:
+    return bool(
+        ctx.is_enabled(mi.BSDFFlags.GlossyReflection, REFLECTION)
+        or ctx.is_enabled(mi.BSDFFlags.GlossyTransmission, TRANSMISSION)
+    )
+
+
+def _gather(values: Any, index: Any, active: Any) -> Any:
+    if dr.is_jit_v(values):
+        return dr.gather(mi.Float, values, index, active)
+    return values[int(index)]  # Dr.Jit gathers no scalars
+
+
+@cache
+def _register(variant: str) -> None:
+    mi.register_bsdf(contract.CLOTH_SHADER_ID, _plugin_class(variant))
+
+
+def _plugin_class(variant: str) -> type:
+    """Return the plugin's class: it derives from the BSDF of one variant."""
+
+    class ClothBSDF(mi.BSDF):  # type: ignore[misc]
+        """Mitsuba's side of `Cloth` for the variant of its creation."""
+
+        def __init__(self, props: Any) -> None:
+            mi.BSDF.__init__(self, props)
+            repeats = (props["repeats_u"], props["repeats_v"])
+            self.cloth = Cloth(props["packed"], props["optics"], repeats)
+            sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
+            varying = sides | mi.BSDFFlags.SpatiallyVarying | mi.BSDFFlags.Anisotropic
+            reflection = mi.BSDFFlags.GlossyReflection | varying
+            transmission = mi.BSDFFlags.GlossyTransmission | varying
+            null = mi.BSDFFlags.Null | sides | mi.BSDFFlags.SpatiallyVarying
+            self.m_components = [int(reflection), int(transmission), int(null)]
+            self.m_flags = int(reflection | transmission | null)
+
+        def sample(
+            self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True
+        ) -> tuple[Any, Any]:
+            return self.cloth.sample(ctx, si, sample1, sample2, active)
+
+        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.cloth.eval_pdf(ctx, si, wo, active)[0]
+
+        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
+            return self.cloth.eval_pdf(ctx, si, wo, active)[1]
+
+        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
+            return self.cloth.eval_pdf(ctx, si, wo, active)
+
+        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
+            opacity = self.cloth.texel(si, active)[OPACITY]
+            return mi.Color3f(dr.select(active, 1 - opacity, 0))
+
+        def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
+            texel = self.cloth.texel(si, active)
+            return mi.Color3f(*texel[COLOR : COLOR + 3]) * texel[OPACITY]
+
+        def traverse(self, callback: Any) -> None:
+            smooth = mi.ParamFlags.Differentiable
+            callback.put("packed", self.cloth.texture.tensor(), smooth)
+            for name in YARN_INPUTS:
+                callback.put(name, self.cloth.optics[name], smooth)
+
+        def parameters_changed(self, keys: list[str]) -> None:
+            self.cloth.texture.set_tensor(self.cloth.texture.tensor())
+
+        def to_string(self) -> str:
+            height, width, _ = self.cloth.texture.tensor().shape
+            yarns = len(self.cloth.optics["eta"])
+            return f"ClothBSDF[{width} x {height} texels, {yarns} yarns, {variant}]"
+
+    return ClothBSDF
