@@ -29,8 +29,8 @@ BAND_TEXELS = 2**19
 
 def write_textures(
     textures: TextureSet, folder: Path, *, progress: Progress | None = None
-) -> tuple[Path, ...]:
-    """Write every channel of `textures` into `folder` and return the files, sorted.
+) -> float:
+    """Write every channel of `textures` into `folder` and return the mean of the opacity.
 
     Each band of rows is computed once and goes to all files, so that memory depends on
     `BAND_TEXELS` alone and not on the height.
@@ -50,6 +50,7 @@ def write_textures(
     """
     size = density(textures.width, textures.height, textures.repeat_mm)
     with ExitStack() as stack:
+        opaque = 0.0
         writers: dict[str, list[tuple[Path, ImageWriter]]] = {}
         for channel in CHANNELS.values():
             for name in channel.files:
@@ -70,29 +71,35 @@ def write_textures(
                 rows = _checked(band, name, last - first, textures.width)[::-1]
                 for path, writer in files:
                     writer.write(encode(CHANNELS[name], path.suffix, rows))
+            opaque += float(np.sum(band["opacity"], dtype=np.float64))
             if progress is not None:
                 progress((textures.height - first) / textures.height)
-    return tuple(sorted(path for files in writers.values() for path, _ in files))
+    return opaque / (textures.width * textures.height)
 
 
 def encode(channel: Channel, suffix: str, values: Floats32) -> NDArray[Any]:
-    """Return `values` of `channel` as the numbers that its file of `suffix` stores."""
+    """Return `values` of `channel` as the numbers that its file of `suffix` stores.
+
+    Raises
+    ------
+    ValueError
+        A label leaves 8 bits.
+    """
     if suffix == ".exr":
-        halves: NDArray[np.float16] = values.astype(np.float16)
-        return halves
+        return np.asarray(values, dtype=np.float16)
     if channel.encoding == "color":
-        codes: NDArray[np.uint8] = np.searchsorted(_SRGB_STEPS, values, side="right").astype("u1")
-        return codes
+        return np.asarray(np.searchsorted(_SRGB_STEPS, values, side="right"), dtype=np.uint8)
     if channel.encoding == "vector":
         half = VECTOR_PNG_LEVELS // 2
-        levels = np.rint(values.astype(np.float64) * half) + half
-        return np.clip(levels, 0, VECTOR_PNG_LEVELS).astype(np.uint16)
+        levels = np.rint(np.asarray(values, dtype=np.float64) * half) + half
+        return np.asarray(np.clip(levels, 0, VECTOR_PNG_LEVELS), dtype=np.uint16)
     if channel.encoding == "label":
         labels = np.rint(values) + 1
         if labels.min() < 0 or labels.max() > 255:
             raise ValueError(f"{channel.name}: {labels.min():g}…{labels.max():g} leaves 8 bits")
-        return labels.astype(np.uint8)
-    return np.rint(np.clip(values, 0, 1).astype(np.float64) * 255).astype(np.uint8)
+        return np.asarray(labels, dtype=np.uint8)
+    share = np.clip(np.asarray(values, dtype=np.float64), 0, 1)
+    return np.asarray(np.rint(share * 255), dtype=np.uint8)
 
 
 def _srgb_decode(code: float) -> float:

@@ -1,0 +1,100 @@
+"""What an asset says about its cloth: a value for every attribute of the schema."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from weaveusd.contract import DRAFT_FILE
+from weaveusd.export import figures
+from weaveusd.export.names import instance_names
+
+if TYPE_CHECKING:
+    from weaveusd.shading.material import ClothMaterial
+
+Value = str | int | float | tuple[str, ...] | tuple[float, float, float]
+
+MAX_TEXT = 1000
+
+
+def cloth_values(material: ClothMaterial, cover: float) -> dict[str, Value]:
+    """Return the value of each of `contract.CLOTH_ATTRIBUTES`, by name.
+
+    `cover` is the mean of the opacity texture: what the asset shows counts, not what the draft
+    promises.
+    """
+    weave, textures, source = material.weave, material.textures, material.provenance
+    width, height = weave.repeat_mm
+    return {
+        "draftTitle": _text(source.draft_title),
+        "draftSha256": source.draft_sha256,
+        "drawdownSha256": hashlib.sha256(np.packbits(weave.warp_up).tobytes()).hexdigest(),
+        "draft": f"./{DRAFT_FILE}",
+        "recipe": _text(source.recipe),
+        "recipeSource": _text(source.recipe_source),
+        "toolVersion": source.tool_version,
+        "seed": textures.seed,
+        "ends": weave.ends,
+        "picks": weave.picks,
+        "shafts": source.shafts,
+        "longestFloat": figures.longest_float(weave.warp_up),
+        "endsPerCm": tidy(weave.ends / width * 10),
+        "picksPerCm": tidy(weave.picks / height * 10),
+        "repeatWidth": tidy(width),
+        "repeatHeight": tidy(height),
+        "thickness": tidy(figures.thickness_mm(weave)),
+        "arealDensity": tidy(figures.areal_density_g_m2(weave)),
+        "warpCover": tidy(figures.warp_cover(weave)),
+        "weftCover": tidy(figures.weft_cover(weave)),
+        "cover": tidy(cover),
+        "textureWidth": textures.width,
+        "textureHeight": textures.height,
+        "yarns": instance_names(yarn.name for yarn in weave.yarns),
+    }
+
+
+def yarn_values(material: ClothMaterial) -> dict[str, dict[str, Value]]:
+    """Return the value of each of `contract.YARN_ATTRIBUTES`, by instance name and name."""
+    yarns = material.weave.yarns
+    names = instance_names(yarn.name for yarn in yarns)
+    crimps = figures.crimps(material.weave)
+    result: dict[str, dict[str, Value]] = {}
+    for index, (name, yarn) in enumerate(zip(names, yarns, strict=True)):
+        red, green, blue = yarn.color
+        result[name] = {
+            "id": index + 1,
+            "system": yarn.system,
+            "fibre": _text(yarn.fibre),
+            "tex": tidy(yarn.tex),
+            "plies": yarn.plies,
+            "twist": tidy(yarn.twist_per_m),
+            "twistDirection": yarn.twist_direction,
+            "twistAngle": tidy(yarn.twist_angle),
+            "twistDeviation": tidy(yarn.twist_deviation),
+            "packing": tidy(yarn.packing),
+            "width": tidy(yarn.width_mm),
+            "height": tidy(yarn.height_mm),
+            "crimp": tidy(crimps[index]),
+            "color": (tidy(red), tidy(green), tidy(blue)),
+            "eta": tidy(yarn.optics.eta),
+            "kD": tidy(yarn.optics.k_d),
+            "kS": tidy(yarn.optics.k_s),
+            "gammaS": tidy(yarn.optics.gamma_s),
+            "gammaV": tidy(yarn.optics.gamma_v),
+            "tau": tidy(yarn.optics.tau),
+            "normalization": tidy(material.normalization[index]),
+        }
+    return result
+
+
+def tidy(value: float) -> float:
+    """Return `value` to nine significant digits, as a person would want to read it."""
+    return float(f"{value:.9g}")
+
+
+def _text(text: str) -> str:
+    """Return `text` on one line, bounded, without what no text file can hold."""
+    clean = text.encode("utf-8", "replace").decode("utf-8")
+    return " ".join("".join(c if c.isprintable() else " " for c in clean).split())[:MAX_TEXT]

@@ -1,0 +1,100 @@
+"""The network that every renderer of USD understands: UsdPreviewSurface."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from weaveusd.contract import SHADER_UV_SCALE, SHADER_VARNAME, TEXTURE_DIR, VECTOR_PNG_LEVELS
+from weaveusd.export.layers import connect, define_shader, interface_input
+
+if TYPE_CHECKING:
+    from pxr import Sdf
+
+    from weaveusd.export.standard import StandardShading
+
+
+def define_preview_network(material: Sdf.PrimSpec, shading: StandardShading) -> None:
+    """Define a UsdPreviewSurface on `outputs:surface` of `material`.
+
+    Base color, normal and opacity come from the 8- and 16-bit PNGs. Opacity is coverage: it
+    fades the highlight along with the color, hence opacityMode `presence`. The surface is
+    isotropic, for this shader knows no direction.
+
+    Raises
+    ------
+    ValueError
+        `material` lacks the public inputs of texture coordinates.
+    """
+    scale = interface_input(material, SHADER_UV_SCALE)
+    varname = interface_input(material, SHADER_VARNAME)
+    st = define_shader(
+        material,
+        "PreviewCoordinates",
+        "UsdPrimvarReader_float2",
+        {"varname": ("string", varname)},
+        ("result", "float2"),
+    )
+    repeats = define_shader(
+        material,
+        "PreviewRepeats",
+        "UsdTransform2d",
+        {"in": ("float2", st), "scale": ("float2", scale)},
+        ("result", "float2"),
+    )
+    # Undoes round((q/2 + 1/2) · 65534) of a full scale of 65535, so that 0 comes back as 0.
+    unit = 65535 / (VECTOR_PNG_LEVELS // 2)
+    decode: dict[str, tuple[str, object]] = {
+        "scale": ("float4", (unit, unit, unit, 1.0)),
+        "bias": ("float4", (-1.0, -1.0, -1.0, 0.0)),
+    }
+    color = _texture(
+        material, "PreviewBaseColor", "base_color.png", "sRGB", repeats, ("rgb", "float3"), {}
+    )
+    normal = _texture(
+        material, "PreviewNormal", "normal.png", "raw", repeats, ("rgb", "float3"), decode
+    )
+    opacity = _texture(
+        material, "PreviewOpacity", "opacity.png", "raw", repeats, ("r", "float"), {}
+    )
+    surface = define_shader(
+        material,
+        "PreviewSurface",
+        "UsdPreviewSurface",
+        {
+            "diffuseColor": ("color3f", color),
+            "normal": ("normal3f", normal),
+            "opacity": ("float", opacity),
+            "opacityMode": ("token", "presence"),
+            "roughness": ("float", shading.preview_roughness),
+            "metallic": ("float", 0.0),
+            "ior": ("float", shading.ior),
+            "useSpecularWorkflow": ("int", 0),
+        },
+        ("surface", "token"),
+    )
+    connect(material, "outputs:surface", "token", surface)
+
+
+def _texture(
+    material: Sdf.PrimSpec,
+    name: str,
+    file: str,
+    space: str,
+    st: Sdf.Path,
+    output: tuple[str, str],
+    decode: dict[str, tuple[str, object]],
+) -> Sdf.Path:
+    return define_shader(
+        material,
+        name,
+        "UsdUVTexture",
+        {
+            "file": ("asset", f"./{TEXTURE_DIR}/{file}"),
+            "sourceColorSpace": ("token", space),
+            "st": ("float2", st),
+            "wrapS": ("token", "repeat"),
+            "wrapT": ("token", "repeat"),
+            **decode,
+        },
+        output,
+    )
