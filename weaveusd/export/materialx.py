@@ -46,7 +46,7 @@ def _add_graph(document: Any, name: str, repeat_mm: tuple[float, float]) -> Any:
     coordinates = graph.addNode("texcoord", "coordinates", "vector2")
     repeats = graph.addNode("multiply", "repeats", "vector2")
     repeats.setConnectedNode("in1", coordinates)
-    repeats.setInputValue("in2", mx.Vector2(*(tidy(1000 / length) for length in repeat_mm)))
+    _set_numbers(repeats, "in2", "vector2", *(1000 / length for length in repeat_mm))
     color = _add_image(graph, "base_color_map", "base_color.png", "color3", repeats)
     color.getInput("file").setColorSpace("srgb_texture")
     opacity = _add_image(graph, "opacity_map", "opacity.png", "float", repeats)
@@ -87,9 +87,9 @@ def _add_direction(graph: Any, name: str, file: str, texcoord: Any) -> Any:
 
 def _add_openpbr(document: Any, graph: Any, name: str, shading: StandardShading) -> None:
     surface = document.addNode("open_pbr_surface", f"{name}_surface", "surfaceshader")
-    surface.setInputValue("specular_roughness", tidy(shading.openpbr_roughness))
-    surface.setInputValue("specular_roughness_anisotropy", tidy(shading.openpbr_anisotropy))
-    surface.setInputValue("specular_ior", tidy(shading.ior))
+    _set_numbers(surface, "specular_roughness", "float", shading.openpbr_roughness)
+    _set_numbers(surface, "specular_roughness_anisotropy", "float", shading.openpbr_anisotropy)
+    _set_numbers(surface, "specular_ior", "float", shading.ior)
     _connect(surface, "base_color", graph, "base_color_out")
     _connect(surface, "geometry_opacity", graph, "opacity_out")
     _connect(surface, "geometry_normal", graph, "normal_out")
@@ -99,15 +99,21 @@ def _add_openpbr(document: Any, graph: Any, name: str, shading: StandardShading)
 
 def _add_standard_surface(document: Any, graph: Any, name: str, shading: StandardShading) -> None:
     surface = document.addNode("standard_surface", f"{name}_surface", "surfaceshader")
-    surface.setInputValue("base", 1.0)
-    surface.setInputValue("specular_roughness", tidy(shading.standard_roughness))
-    surface.setInputValue("specular_anisotropy", tidy(shading.standard_anisotropy))
-    surface.setInputValue("specular_IOR", tidy(shading.ior))
+    _set_numbers(surface, "base", "float", 1.0)
+    _set_numbers(surface, "specular_roughness", "float", shading.standard_roughness)
+    _set_numbers(surface, "specular_anisotropy", "float", shading.standard_anisotropy)
+    _set_numbers(surface, "specular_IOR", "float", shading.ior)
     _connect(surface, "base_color", graph, "base_color_out")
     _connect(surface, "opacity", graph, "opacity_color_out")
     _connect(surface, "normal", graph, "normal_out")
     _connect(surface, "tangent", graph, "across_out")
     _add_material(document, name, surface)
+
+
+def _set_numbers(node: Any, name: str, kind: str, *numbers: float) -> None:
+    # Given as numbers, MaterialX would write six digits only.
+    text = ", ".join(f"{tidy(number):.9g}" for number in numbers)
+    node.addInput(name, kind).setValueString(text)
 
 
 def _connect(surface: Any, name: str, graph: Any, output: str) -> None:

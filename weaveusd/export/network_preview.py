@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from weaveusd.contract import SHADER_UV_SCALE, SHADER_VARNAME, TEXTURE_DIR, VECTOR_PNG_LEVELS
+from weaveusd.contract import SHADER_UV_SCALE, SHADER_VARNAME, TEXTURE_DIR
 from weaveusd.export.layers import connect, define_shader, interface_input
 
 if TYPE_CHECKING:
@@ -41,10 +41,9 @@ def define_preview_network(material: Sdf.PrimSpec, shading: StandardShading) -> 
         {"in": ("float2", st), "scale": ("float2", scale)},
         ("result", "float2"),
     )
-    # Undoes round((q/2 + 1/2) · 65534) of a full scale of 65535, so that 0 comes back as 0.
-    unit = 65535 / (VECTOR_PNG_LEVELS // 2)
+    # As UsdPreviewSurface prescribes for unsigned files; 0 comes back as -1/65535.
     decode: dict[str, tuple[str, object]] = {
-        "scale": ("float4", (unit, unit, unit, 1.0)),
+        "scale": ("float4", (2.0, 2.0, 2.0, 1.0)),
         "bias": ("float4", (-1.0, -1.0, -1.0, 0.0)),
     }
     color = _texture(
