@@ -1,0 +1,83 @@
+"""Whether the MaterialX document beside the asset is one that others can load."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import MaterialX
+
+from weaveusd.contract import MATERIALX_FILE
+from weaveusd.validate.checks.color_spaces import MATERIALX_NAMES
+from weaveusd.validate.model import Finding, Status
+from weaveusd.validate.open_asset import OpenAsset
+from weaveusd.validate.registry import Code, check
+
+BROKEN = Code("mtlx-broken", Status.FAIL, "The MaterialX document is missing or invalid.")
+NODE = Code("mtlx-node", Status.FAIL, "A node of the document is none of the standard ones.")
+SPACE = Code("mtlx-color-space", Status.FAIL, "The document states no, or an unknown, color space.")
+FILE = Code("mtlx-file", Status.FAIL, "A file that the document names is missing or outside.")
+
+MAX_BYTES = 8 << 20
+
+
+@check(
+    id="materialx/document",
+    why="MaterialX loaders skip unknown nodes and undecoded colors without a word, and "
+    "mxvalidate lets them pass.",
+    codes=(BROKEN, NODE, SPACE, FILE),
+)
+def materialx_document(asset: OpenAsset) -> Iterator[Finding]:
+    """The MaterialX document is valid, of standard nodes, and finds its textures."""
+    path = asset.folder / MATERIALX_FILE
+    if not path.is_file() or path.stat().st_size > MAX_BYTES:
+        yield BROKEN(f"expected a file of at most {MAX_BYTES} bytes", MATERIALX_FILE)
+        return
+    document = MaterialX.createDocument()
+    options = MaterialX.XmlReadOptions()
+    options.readXIncludeFunction = None
+    try:
+        text = path.read_text(encoding="utf-8")
+        MaterialX.readFromXmlString(document, text, MaterialX.FileSearchPath(), options)
+    except (MaterialX.ExceptionParseError, UnicodeDecodeError) as error:
+        yield BROKEN(" ".join(str(error).split()), MATERIALX_FILE)
+        return
+    spaces = {document.getColorSpace(), *_authored_spaces(document)}
+    for space in sorted(spaces - set(MATERIALX_NAMES)):
+        yield SPACE(f"{space or 'unstated'}, expected {' or '.join(MATERIALX_NAMES)}")
+    yield from _files(document, asset.folder)
+
+    document.setDataLibrary(_standard_library())
+    valid, message = document.validate()
+    if not valid:
+        yield BROKEN(" ".join(message.split()), MATERIALX_FILE)
+    for element in document.traverseTree():
+        if element.isA(MaterialX.Node) and element.getNodeDef() is None:
+            yield NODE(f"no standard node {element.getCategory()}", element.getNamePath())
+
+
+def _authored_spaces(document: Any) -> set[str]:
+    return {
+        element.getColorSpace() for element in document.traverseTree() if element.hasColorSpace()
+    }
+
+
+def _files(document: Any, folder: Path) -> Iterator[Finding]:
+    inside = folder.resolve()
+    for element in document.traverseTree():
+        if not element.isA(MaterialX.Input) or element.getType() != "filename":
+            continue
+        name = element.getResolvedValueString()
+        file = folder / name
+        climbs = name.startswith("/") or ".." in re.split(r"[/\\]", name)
+        if not name or climbs or not file.is_file() or not file.resolve().is_relative_to(inside):
+            yield FILE(f"{name!r} is no file of the asset", element.getNamePath())
+
+
+def _standard_library() -> Any:
+    library = MaterialX.createDocument()
+    root = Path(MaterialX.__file__).parent
+    MaterialX.loadLibraries(["libraries"], MaterialX.FileSearchPath(str(root)), library)
+    return library

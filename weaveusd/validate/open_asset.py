@@ -1,0 +1,143 @@
+"""The OpenAsset: a published asset as a judge sees it, from its files alone."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from pxr import Sdf, Usd, UsdShade
+
+from weaveusd import contract
+from weaveusd.errors import InputError
+from weaveusd.stage import captured_diagnostics, open_stage
+from weaveusd.validate.registry import Need
+from weaveusd.validate.textures import TextureFolder
+
+TEXTURE_FILES: dict[str, contract.Channel] = {
+    file: channel for channel in contract.CHANNELS.values() for file in channel.files
+}
+"""Every texture file of an asset and the channel that it carries."""
+
+
+class OpenAsset:
+    """An asset opened for judging: its stage, material, textures and files.
+
+    Raises
+    ------
+    StageError
+        When the entry layer cannot be opened.
+    """
+
+    def __init__(self, entry: str | os.PathLike[str]) -> None:
+        self.entry = Path(os.path.abspath(entry))
+        self.folder = self.entry.parent
+        self.stage: Usd.Stage = open_stage(self.entry)
+        with captured_diagnostics():
+            # What counts is on disk, not what this process remembers of it.
+            for layer in self.layers():
+                if not layer.dirty:
+                    layer.Reload()
+        self.textures = TextureFolder(self.folder / contract.TEXTURE_DIR)
+
+    @property
+    def root(self) -> Usd.Prim:
+        """The default prim; invalid, hence false, when there is none."""
+        return self.stage.GetDefaultPrim()
+
+    @cached_property
+    def material(self) -> Usd.Prim:
+        """The cloth material: below the root by the contract's name, else the first of all.
+
+        Invalid, hence false, when there is none.
+        """
+        found = [p for p in self.stage.Traverse() if _has_api(p, contract.CLOTH_API)]
+        if self.root:
+            named = self.root.GetPath().AppendChild(contract.MATERIAL_NAME)
+            found.sort(key=lambda prim: prim.GetPath() != named)
+        return found[0] if found else Usd.Prim()
+
+    @cached_property
+    def shader(self) -> Usd.Prim:
+        """The shader on the exact output of the material, whatever its id, or an invalid prim."""
+        if not self.material:
+            return Usd.Prim()
+        material = UsdShade.Material(self.material)
+        return connected_prim(material.GetSurfaceOutput(contract.MITSUBA_CONTEXT))
+
+    def layers(self) -> Iterator[Sdf.Layer]:
+        """Yield the layers that make up the stage, in the order of their files."""
+        layers = [layer for layer in self.stage.GetUsedLayers() if not layer.anonymous]
+        yield from sorted(layers, key=lambda layer: str(layer.identifier))
+
+    def short(self, path: str | os.PathLike[str]) -> str:
+        """Return `path` as seen from the asset's folder where it lies inside."""
+        file = Path(path)
+        return str(file.relative_to(self.folder)) if file.is_relative_to(self.folder) else str(file)
+
+    def cloth(self, name: str) -> Any:
+        """Return the authored value of `weave:<name>`, or None."""
+        return self._authored(f"{contract.CLOTH_NAMESPACE}:{name}")
+
+    def yarn(self, instance: str, name: str) -> Any:
+        """Return the authored value of `weave:yarn:<instance>:<name>`, or None."""
+        return self._authored(f"{contract.YARN_NAMESPACE}:{instance}:{name}")
+
+    @cached_property
+    def yarns(self) -> tuple[str, ...]:
+        """Names of the yarns in the order of their ids, as `weave:yarns` has them."""
+        return tuple(self.cloth("yarns") or ())
+
+    def lacks(self, need: Need) -> str | None:
+        """Return why `need` is not there, or None when it is."""
+        if need == "material":
+            return None if self.material else "there is no cloth material"
+        if need == "shader":
+            return None if self.shader else "there is no exact shader"
+        return self._texture_fault
+
+    @cached_property
+    def _texture_fault(self) -> str | None:
+        """Why the textures cannot be judged together, or None when they can."""
+        sizes = set()
+        try:
+            for file, channel in TEXTURE_FILES.items():
+                header = self.textures.header(file)
+                sizes.add((header.width, header.height))
+                if header.channels != channel.components or header.dtype != stored_type(file):
+                    return f"{file} has another format"
+                for _ in self.textures.bands(file):
+                    pass
+        except InputError:
+            return "not every texture can be read"
+        return None if len(sizes) == 1 else "the textures differ in size"
+
+    def _authored(self, name: str) -> Any:
+        if not self.material:
+            return None
+        attribute = self.material.GetAttribute(name)
+        return attribute.Get() if attribute and attribute.HasAuthoredValue() else None
+
+
+def connected_prim(output: UsdShade.Output) -> Usd.Prim:
+    """Return the prim whose output `output` is connected to, or an invalid one."""
+    sources = output.GetConnectedSources()[0] if output else []
+    return sources[0].source.GetPrim() if sources else Usd.Prim()
+
+
+def stored_type(file: str) -> str:
+    """Return NumPy's name of the type in which the contract stores texture `file`."""
+    if file.endswith(".exr"):
+        return "float16"
+    return "uint16" if TEXTURE_FILES[file].encoding == "vector" else "uint8"
+
+
+def applied_schemas(prim: Usd.Prim) -> tuple[str, ...]:
+    """Return the API schemas applied to `prim`, whether this process knows them or not."""
+    return tuple(prim.GetPrimTypeInfo().GetAppliedAPISchemas())
+
+
+def _has_api(prim: Usd.Prim, api: str) -> bool:
+    return api in applied_schemas(prim)
