@@ -1,0 +1,166 @@
+"""The reference BSDF keeps its laws and the golden values."""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from weaveusd.shading.fresnel import reflectance
+from weaveusd.shading.microcylinder import Parameters, evaluate, lobes, pdf, sample
+from weaveusd.shading.normalization import normalization
+from weaveusd.yarn.recipe import preset_names, read_preset
+
+GOLDEN = Path(__file__).parents[3] / "shared" / "golden"
+golden = pytest.mark.skipif(not GOLDEN.is_dir(), reason="../shared/golden is not here")
+
+UP = np.array([0.0, 0.0, 1.0])
+ALONG = np.array([0.0, 1.0, 0.0])
+
+OPTICS = {
+    f"{name}/{yarn.name}": yarn.optics
+    for name in preset_names()
+    for yarn in read_preset(name).yarns
+}
+
+
+def parameters(key: str, tau: float | None = None, albedo: float = 1.0) -> Parameters:
+    o = OPTICS[key]
+    tau = o.tau if tau is None else tau
+    return Parameters(o.eta, o.k_d, o.k_s, o.gamma_s, o.gamma_v, tau, np.full(3, albedo))
+
+
+def unit(*v: float) -> np.ndarray:
+    return np.array(v) / np.linalg.norm(v)
+
+
+def quadrature(wi: np.ndarray, gammas: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights of an integral over all directions, in the frame of the fibre."""
+    theta_i = np.arcsin(wi @ ALONG)
+    peaks = [-theta_i + s * k * g for g in gammas for s in (-1, 1) for k in (1, 4, 16)]
+    borders = np.unique(np.clip([*peaks, theta_i, -theta_i, -np.pi / 2, np.pi / 2],
+                                -np.pi / 2, np.pi / 2))  # fmt: skip
+    x, w = np.polynomial.legendre.leggauss(32)
+    pieces = [(0.5 * (b - a) * x + 0.5 * (a + b), 0.5 * (b - a) * w)
+              for a, b in pairwise(borders) if b > a]  # fmt: skip
+    theta = np.concatenate([p[0] for p in pieces])
+    w_theta = np.concatenate([p[1] for p in pieces])
+    phi = np.concatenate([0.5 * np.pi * x, 0.5 * np.pi * x + np.pi])
+    w_phi = 0.5 * np.pi * np.concatenate([w, w])
+    t, p = np.meshgrid(theta, phi, indexing="ij")
+    wo = np.stack([np.cos(t) * np.sin(p), np.sin(t), np.cos(t) * np.cos(p)], -1)
+    return wo, w_theta[:, None] * np.cos(t) * w_phi
+
+
+@golden
+def test_golden_values_hold():
+    for case in json.loads((GOLDEN / "microcylinder.json").read_text()):
+        params = Parameters(*(case[k] for k in Parameters._fields))
+        frame = (case["wi"], case["wo"], case["n"], case["t"])
+        f_r, f_v = lobes(*frame, params)
+        np.testing.assert_allclose(f_r, case["f_R"], rtol=1e-9, atol=1e-15)
+        np.testing.assert_allclose(f_v, case["f_V"], rtol=1e-9, atol=1e-15)
+        np.testing.assert_allclose(normalization(*params[:5]), case["N_V"], rtol=2e-5)
+        np.testing.assert_allclose(evaluate(*frame, params), case["eval"], rtol=2e-5, atol=1e-12)
+
+
+@golden
+def test_golden_fresnel_holds():
+    values = json.loads((GOLDEN / "fresnel.json").read_text())["values"]
+    eta, cos, expected = np.array([[v["eta"], v["cos"], v["F"]] for v in values]).T
+    np.testing.assert_allclose(reflectance(cos, eta), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("key", OPTICS)
+@pytest.mark.parametrize("theta", [0.0, 0.6, -1.3])
+def test_the_density_integrates_to_one(key, theta):
+    params = parameters(key, tau=0.3)
+    wi = np.array([0.3 * np.cos(theta), np.sin(theta), np.sqrt(0.91) * np.cos(theta)])
+    wo, weight = quadrature(wi, (params.gamma_s, params.gamma_v))
+    assert np.sum(pdf(wi, wo, UP, ALONG, params) * weight) == pytest.approx(1, abs=2e-6)
+
+
+@pytest.mark.parametrize("key", OPTICS)
+def test_no_fibre_scatters_more_than_it_receives(key):
+    params = parameters(key, tau=0.25)
+    for theta in np.linspace(-1.55, 1.55, 15):
+        for phi in (0.0, 0.7, 1.4):
+            wi = np.array([np.cos(theta) * np.sin(phi), np.sin(theta),
+                           np.cos(theta) * np.cos(phi)])  # fmt: skip
+            wo, weight = quadrature(wi, (params.gamma_s, params.gamma_v))
+            albedo = np.einsum("ij,ijc->c", weight, evaluate(wi, wo, UP, ALONG, params))
+            assert albedo.max() <= 1 + 1e-6
+
+
+@pytest.mark.parametrize("key", OPTICS)
+def test_light_runs_both_ways(key):
+    rng = np.random.default_rng(1)
+    a, b = rng.normal(size=(2, 500, 3))
+    a /= np.linalg.norm(a, axis=-1, keepdims=True)
+    b /= np.linalg.norm(b, axis=-1, keepdims=True)
+    params = parameters(key)
+    for forth, back in zip(
+        lobes(a, b, UP, ALONG, params), lobes(b, a, UP, ALONG, params), strict=True
+    ):
+        np.testing.assert_allclose(forth, back, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("key", OPTICS)
+@pytest.mark.parametrize("numbers", [2, 3])
+def test_samples_follow_their_density(key, numbers):
+    params = parameters(key, tau=0.3, albedo=0.5)
+    wi, n, t = unit(0.4, 0.3, 0.7), unit(0.2, -0.1, 1.0), unit(1.0, 0.0, -0.2)
+    t = t - n * (n @ t)
+    t /= np.linalg.norm(t)
+    u = np.random.default_rng(2).random((200_000, numbers))
+    drawn = sample(wi, n, t, params, u)
+    np.testing.assert_allclose(np.linalg.norm(drawn.wo, axis=-1), 1, atol=1e-12)
+    np.testing.assert_allclose(drawn.pdf, pdf(wi, drawn.wo, n, t, params), rtol=1e-12)
+
+    # The weights' mean is the albedo, whatever was sampled.
+    frame = np.stack([np.cross(n, t), t, n])
+    local, weight = quadrature(frame @ wi, (params.gamma_s, params.gamma_v))
+    value = evaluate(wi, local @ frame, n, t, params)
+    albedo = np.einsum("ij,ij->", weight, value[..., 0])
+    error = drawn.weight[:, 0].std() / np.sqrt(len(u))
+    assert abs(drawn.weight[:, 0].mean() - albedo) < 4.5 * error
+
+    # Inclination and side fall as often into each box as the density says.
+    density = pdf(wi, local @ frame, n, t, params) * weight
+    theta, side = np.arcsin(local[..., 1]), local[..., 2] > 0
+    got = drawn.wo @ frame.T
+    for low, high in [(-1.6, -0.5), (-0.5, -0.1), (-0.1, 0.3), (0.3, 1.6)]:
+        for above in (True, False):
+            inside = np.clip(theta, low, high) == theta
+            expected = density[inside & (side == above)].sum()
+            box = (np.arcsin(got[:, 1]) >= low) & (np.arcsin(got[:, 1]) < high)
+            found = np.mean(box & ((got[:, 2] > 0) == above))
+            assert abs(found - expected) < 0.006
+
+
+def test_any_leading_shape_is_welcome():
+    params = parameters("linen/linen")
+    wi = np.tile(unit(0.1, 0.2, 1.0), (4, 5, 1))
+    assert evaluate(wi, UP, UP, ALONG, params).shape == (4, 5, 3)
+    assert pdf(wi, UP, UP, ALONG, params).shape == (4, 5)
+    drawn = sample(wi, UP, ALONG, params, np.full((4, 5, 2), 0.4))
+    assert drawn.wo.shape == (4, 5, 3)
+    assert drawn.weight.shape == (4, 5, 3)
+
+
+def test_nothing_leaves_on_the_far_side_without_transmission():
+    params = parameters("linen/linen", tau=0.0)
+    below = unit(0.3, 0.1, -0.8)
+    assert evaluate(UP, below, UP, ALONG, params).max() == 0
+    assert pdf(UP, below, UP, ALONG, params) == 0
+
+
+def test_a_yarn_has_two_equal_faces():
+    params = parameters("silk/silk_warp")
+    wi, wo = unit(0.3, 0.2, 0.8), unit(-0.2, 0.1, 0.9)
+    np.testing.assert_allclose(
+        evaluate(wi, wo, UP, ALONG, params), evaluate(wi, wo, -UP, ALONG, params), rtol=1e-12
+    )

@@ -1,0 +1,188 @@
+"""Textures keep the laws of the geometry they show."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.weaves import draft_of, plain, satin, twill, woven
+from weaveusd.cloth.weave import weave
+from weaveusd.contract import CHANNELS, GAP
+from weaveusd.synth.textures import synthesize, texture_size
+from weaveusd.yarn.recipe import preset_names, read_preset
+
+CORPUS = Path(__file__).parents[3] / "shared" / "corpus"
+WEAVES = {"plain": plain(), "twill": twill(), "satin": satin(), "2/1": twill(2, 1)}
+cloths = pytest.mark.parametrize(
+    ("warp_up", "preset"),
+    [(w, p) for w in WEAVES.values() for p in preset_names()],
+    ids=[f"{w}-{p}" for w in WEAVES for p in preset_names()],
+)
+
+
+def gradients(cloth, textures, height):
+    """The normals (H, W, 3) that central differences of the height give, periodic."""
+    dx, dy = textures.repeat_mm[0] / textures.width, textures.repeat_mm[1] / textures.height
+    g_x = (np.roll(height, -1, 1) - np.roll(height, 1, 1)) / (2 * dx)
+    g_y = (np.roll(height, -1, 0) - np.roll(height, 1, 0)) / (2 * dy)
+    n = np.stack([-g_x, -g_y, np.ones_like(g_x)], -1)
+    return n / np.linalg.norm(n, axis=-1, keepdims=True)
+
+
+@cloths
+def test_frames_are_orthonormal_in_every_texel(warp_up, preset):
+    out = synthesize(woven(warp_up, preset), resolution=200).whole()
+    n, t = out["normal"].astype(float), out["tangent"].astype(float)
+    np.testing.assert_allclose(np.linalg.norm(n, axis=-1), 1, atol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(t, axis=-1), 1, atol=1e-6)
+    np.testing.assert_allclose(np.sum(n * t, -1), 0, atol=1e-6)
+    assert n[..., 2].min() > 0
+
+
+@cloths
+def test_normals_are_the_gradient_of_the_height(warp_up, preset):
+    cloth = woven(warp_up, preset)
+    textures = synthesize(cloth, resolution=600)
+    out = textures.whole()
+    by_height = gradients(cloth, textures, out["height"][..., 0].astype(float))
+    angle = np.degrees(np.arccos(np.clip(np.sum(by_height * out["normal"], -1), -1, 1)))
+    # Central differences are wrong where a yarn ends; inside, they converge.
+    yarn = out["yarn_id"][..., 0]
+    inside = np.ones(yarn.shape, bool)
+    for axis in (0, 1):
+        for step in (-1, 1):
+            inside &= np.abs(np.roll(out["height"][..., 0], step, axis) - out["height"][..., 0]) < (
+                0.02 * 2 * cloth.warp_height_mm[0]
+            )
+            inside &= np.roll(yarn, step, axis) == yarn
+    assert inside.mean() > 0.5
+    assert np.percentile(angle[inside], 99) < 1.5
+    assert np.median(angle[inside]) < 0.05
+
+
+@cloths
+def test_the_drawdown_can_be_read_back_at_the_crossings(warp_up, preset):
+    cloth = woven(warp_up, preset)
+    textures = synthesize(cloth, resolution=320)
+    yarn = textures.whole()["yarn_id"][..., 0].astype(int)
+    x = (np.arange(cloth.ends) + 0.5) / cloth.ends * textures.width
+    y = (np.arange(cloth.picks) + 0.5) / cloth.picks * textures.height
+    seen = yarn[y.astype(int)[:, None], x.astype(int)]
+    is_warp = np.array([y.system == "warp" for y in cloth.yarns])
+    np.testing.assert_array_equal(is_warp[seen], warp_up)
+
+
+def test_opposite_edges_meet_as_neighbours_do():
+    """Rolling the drawdown by one pick and one end rolls the texture, edges included."""
+    for warp_up in (twill(), satin()):
+        n = len(warp_up)
+        size = 40 * n
+        recipe = replace(read_preset("cotton"))
+        still = replace(recipe, yarns=tuple(replace(y, twist_deviation=0) for y in recipe.yarns))
+        one = synthesize(weave(draft_of(warp_up), still), resolution=size).whole()
+        rolled = np.roll(warp_up, (1, 1), (0, 1))
+        other = synthesize(weave(draft_of(rolled), still), resolution=size).whole()
+        for name in CHANNELS:
+            np.testing.assert_allclose(
+                np.roll(one[name], (40, 40), (0, 1)), other[name], atol=2e-6, err_msg=name
+            )
+
+
+def test_exchanging_warp_and_weft_turns_the_texture():
+    """A cloth turned by −90° about z: warp becomes weft, x → y, y → −x."""
+    recipe = read_preset("linen")
+    square = replace(
+        recipe,
+        picks_per_cm=recipe.ends_per_cm,
+        yarns=tuple(replace(y, twist_deviation=0) for y in recipe.yarns),
+    )
+    warp_up = np.array([[1, 1, 0], [0, 1, 0], [0, 0, 1]], bool)
+    turned = ~np.rot90(warp_up)  # row 0 is the lowest y, so this turns right as seen
+    one = synthesize(weave(draft_of(warp_up), square), resolution=120).whole()
+    other = synthesize(weave(draft_of(turned), square), resolution=120).whole()
+    back = {k: np.rot90(v, -1) for k, v in other.items()}
+    np.testing.assert_allclose(back["height"], one["height"], atol=2e-6)
+    np.testing.assert_array_equal(back["opacity"], one["opacity"])
+    solid = one["opacity"][..., 0] > 0
+    for name in ("normal", "tangent"):
+        x, y, z = np.moveaxis(back[name], -1, 0)
+        unturned = np.stack([-y, x, z], -1)[solid]
+        mine = one[name][solid]
+        if name == "tangent":  # a fibre has no head: t and −t are one
+            unturned *= np.sign(np.sum(unturned * mine, -1, keepdims=True))
+        np.testing.assert_allclose(unturned, mine, atol=2e-5, err_msg=name)
+
+
+def test_a_z_twill_runs_up_to_the_right():
+    out = synthesize(woven(twill(), "cotton"), resolution=64).whole()
+    warp = out["yarn_id"][..., 0] == 0
+    step = 64 // 4
+    agree = np.mean(np.roll(warp, (step, step), (0, 1)) == warp)
+    against = np.mean(np.roll(warp, (step, -step), (0, 1)) == warp)
+    assert agree > 0.95 > against
+
+
+@cloths
+def test_gaps_are_where_no_yarn_is(warp_up, preset):
+    cloth = woven(warp_up, preset)
+    out = synthesize(cloth, resolution=400).whole()
+    np.testing.assert_array_equal(out["opacity"] == 0, out["yarn_id"] == GAP)
+    warp = cloth.warp_width_mm.sum() / cloth.repeat_mm[0]
+    weft = cloth.weft_width_mm.sum() / cloth.repeat_mm[1]
+    assert out["opacity"].mean() == pytest.approx(warp + weft - warp * weft, abs=0.02)
+    assert out["height"].max() <= 1e-6
+
+
+def test_bands_of_any_height_are_the_same_texels():
+    textures = synthesize(woven(satin(), "silk"), resolution=96, seed=3)
+    whole = textures.whole()
+    cuts = [0, 1, 7, 40, textures.height]
+    for name, texels in whole.items():
+        bands = [textures.band(a, b)[name] for a, b in pairwise(cuts)]
+        np.testing.assert_array_equal(np.concatenate(bands), texels)
+
+
+def test_the_seed_moves_the_twist_and_nothing_else():
+    cloth = woven(twill(), "wool")
+    one, same, other = (synthesize(cloth, resolution=64, seed=s).whole() for s in (1, 1, 2))
+    for name in CHANNELS:
+        np.testing.assert_array_equal(one[name], same[name])
+        assert np.array_equal(one[name], other[name]) == (name != "tangent")
+
+
+def test_the_number_of_threads_changes_no_bit():
+    code = (
+        "import hashlib, numba; from tests.weaves import *;"
+        "from weaveusd.synth.textures import synthesize;"
+        "numba.set_num_threads({});"
+        "out = synthesize(woven(satin(), 'wool'), resolution=128).whole();"
+        "print(hashlib.sha256(b''.join(out[k].tobytes() for k in sorted(out))).hexdigest())"
+    )
+    root = Path(__file__).parents[2]
+    digests = {
+        subprocess.run(
+            [sys.executable, "-c", code.format(n)],
+            cwd=root, capture_output=True, text=True, check=True,
+        ).stdout
+        for n in (1, 2)
+    }  # fmt: skip
+    assert len(digests) == 1
+
+
+def test_texels_are_nearly_square():
+    cloth = woven(twill(), "charmeuse")
+    width, height = texture_size(cloth, 1000)
+    assert max(width, height) == 1000
+    assert width / height == pytest.approx(cloth.repeat_mm[0] / cloth.repeat_mm[1], rel=0.01)
+
+
+@pytest.mark.parametrize("resolution", [0, -4, 7, 40_000])
+def test_a_resolution_out_of_bounds_is_refused(resolution):
+    with pytest.raises(ValueError, match="resolution"):
+        synthesize(woven(plain()), resolution=resolution)

@@ -1,0 +1,141 @@
+"""Yarns as bent tubes: where a point of the cloth lies on the surface of its yarn.
+
+A yarn's spine turns from inclination 0 in the middle of a float to ±u_max at its ends; its
+section is an ellipse of half width a and half thickness b::
+
+    p(u, v) = c(u) + a sin v · X + b cos v · N(u)    N = (0, sin u, cos u)   T = (0, cos u, −sin u)
+
+Seen from above, a point (x, y) of a float has v = asin(x/a), and u solves
+``y = y_spine(u) + b cos v sin u`` (physics.md C: the projection of the bent tube, which, unlike
+Irawan's mapping, is the surface of something). Everything is written in sin u and square roots:
+IEEE arithmetic alone, so that every machine computes the same bits.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+CIRCLE, CONIC = 0, 1
+"""Kinds of spine. An end-bend is a circle behind a straight middle."""
+
+SIN_LIMIT = math.sin(math.pi / 2 - 0.02)
+"""No inclination exceeds 90° − 0.02 rad."""
+
+
+@njit(cache=True, nogil=True, inline="always")
+def circle_bend(y: float, radius: float, b_cos_v: float) -> tuple[float, float, float]:
+    """Return sin u, cos u and the spine's height at distance `y` ≥ 0 into a circular bend.
+
+    sin u = y / (R₀ + b cos v), z_spine = R₀ (cos u − 1); `radius` is R₀, lengths in mm.
+    """
+    sin_u = min(y / (radius + b_cos_v), SIN_LIMIT) if y > 0.0 else 0.0
+    cos_u = math.sqrt(1.0 - sin_u * sin_u)
+    return sin_u, cos_u, radius * (cos_u - 1.0)
+
+
+@njit(cache=True, nogil=True)
+def conic_spine(sin_u: float, r_hat: float, scale: float) -> tuple[float, float, float]:
+    """Return y, z and dy/d(sin u) of Irawan's conic spine at an inclination.
+
+    `scale` is B for an ellipse (r̂ > 0) and a hyperbola (r̂ < 0), A for the parabola (r̂ = 0);
+    physics.md C, with q = tan u, sin(atan x) = x/√(1 + x²) and sinh(atanh x) = x/√(1 − x²).
+    """
+    cos_u = math.sqrt(1.0 - sin_u * sin_u)
+    q = sin_u / cos_u
+    dq = 1.0 / (cos_u * cos_u * cos_u)
+    if r_hat == 0.0:
+        return 2.0 * scale * q, -scale * q * q, 2.0 * scale * dq
+    sign = 1.0 if r_hat > 0.0 else -1.0
+    root = math.sqrt(1.0 + sign * r_hat * r_hat * q * q)
+    y = scale * sign * r_hat * q / root
+    z = scale / r_hat * (1.0 / root - 1.0)
+    return y, z, scale * sign * r_hat / (root * root * root) * dq
+
+
+@njit(cache=True, nogil=True)
+def conic_bend(y: float, r_hat: float, scale: float, b_cos_v: float) -> tuple[float, float, float]:
+    """Return sin u, cos u and the spine's height at distance `y` ≥ 0 from a conic's middle.
+
+    Newton's method, kept inside a bracket, on ``y_spine(u) + b cos v sin u = y``.
+    """
+    low, high = 0.0, SIN_LIMIT
+    if r_hat < 0.0:
+        high = min(high, (1.0 - 1e-9) / math.sqrt(1.0 + r_hat * r_hat))
+    sin_u = min(0.5 * high, high)
+    for _ in range(60):
+        y_spine, _z, slope = conic_spine(sin_u, r_hat, scale)
+        error = y_spine + b_cos_v * sin_u - y
+        if error > 0.0:
+            high = sin_u
+        else:
+            low = sin_u
+        step = sin_u - error / (slope + b_cos_v)
+        if not low <= step <= high:
+            step = 0.5 * (low + high)
+        if abs(step - sin_u) <= 1e-15:
+            sin_u = step
+            break
+        sin_u = step
+    _y, z, _slope = conic_spine(sin_u, r_hat, scale)
+    return sin_u, math.sqrt(1.0 - sin_u * sin_u), z
+
+
+@njit(cache=True, nogil=True, inline="always")
+def frame(
+    sin_u: float, cos_u: float, sin_v: float, cos_v: float, b_over_a: float,
+    sin_psi: float, cos_psi: float,
+) -> tuple[float, float, float, float, float, float]:  # fmt: skip
+    """Return normal and fibre tangent in the yarn's frame (x across, y along, z out).
+
+    n ∝ ((b/a) sin v, sin u cos v, cos u cos v) and t = cos ψ T − sin ψ T_v, with
+    T_v ∝ (cos v, −(b/a) sin u sin v, −(b/a) cos u sin v); physics.md C.
+    """
+    slant = b_over_a * sin_v
+    scale = 1.0 / math.sqrt(slant * slant + cos_v * cos_v)
+    side, up = slant * scale, cos_v * scale
+    t_x = -sin_psi * up
+    t_y = cos_psi * cos_u + sin_psi * side * sin_u
+    t_z = -cos_psi * sin_u + sin_psi * side * cos_u
+    return side, up * sin_u, up * cos_u, t_x, t_y, t_z
+
+
+@njit(cache=True, nogil=True, inline="always")
+def sin_cos(angle: float) -> tuple[float, float]:
+    """Return sine and cosine of an angle within ±π, by their series around angle/4.
+
+    The libraries' own differ in the last bit from machine to machine; this one does not. The
+    absolute error is below 1e-12.
+    """
+    q = 0.25 * angle
+    q2 = q * q
+    s = q * (1.0 - q2 / 6.0 * (1.0 - q2 / 20.0 * (1.0 - q2 / 42.0 * (1.0 - q2 / 72.0 * (
+        1.0 - q2 / 110.0 * (1.0 - q2 / 156.0))))))  # fmt: skip
+    c = 1.0 - q2 / 2.0 * (1.0 - q2 / 12.0 * (1.0 - q2 / 30.0 * (1.0 - q2 / 56.0 * (
+        1.0 - q2 / 90.0 * (1.0 - q2 / 132.0 * (1.0 - q2 / 182.0))))))  # fmt: skip
+    s, c = 2.0 * s * c, c * c - s * s
+    return 2.0 * s * c, c * c - s * s
+
+
+def circle_radius(bend_mm: float, u_max: float, b_mm: float) -> float:
+    """Return R₀ of a bend that ends, at its crown, after `bend_mm`: e / sin u_max − b."""
+    return bend_mm / math.sin(u_max) - b_mm
+
+
+def conic_parameters(
+    length_mm: float, u_max: float, b_mm: float, kappa: float
+) -> tuple[float, float]:
+    """Return r̂ and the scale (B, or A of the parabola) of Irawan's conic spine.
+
+    r̂ = 1 + κ (1 + cot u_max); the crown ends at half the length, so the spine ends at
+    h = l/2 − b sin u_max.
+    """
+    r_hat = 1 + kappa * (1 + 1 / math.tan(u_max))
+    h = 0.5 * length_mm - b_mm * math.sin(u_max)
+    x = r_hat * math.tan(u_max)
+    if r_hat == 0:
+        return 0.0, h / (2 * math.tan(u_max))
+    if r_hat > 0:
+        return r_hat, h / (x / math.sqrt(1 + x * x))
+    return r_hat, h / (-x / math.sqrt(1 - x * x))

@@ -1,0 +1,65 @@
+"""A weave becomes textures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from weaveusd.contract import CHANNELS
+from weaveusd.synth.model import Band, TextureSet
+
+if TYPE_CHECKING:
+    from weaveusd.cloth.model import Weave
+
+MAX_TEXELS = 1 << 15
+"""Texels along one side of a texture."""
+
+
+def texture_size(weave: Weave, resolution: int) -> tuple[int, int]:
+    """Return width and height in texels: `resolution` on the longer side, texels near square.
+
+    Raises ValueError unless 8 ≤ `resolution` ≤ `MAX_TEXELS`.
+    """
+    if not 8 <= resolution <= MAX_TEXELS:
+        raise ValueError(f"resolution {resolution}, expected 8 to {MAX_TEXELS}")
+    width, height = weave.repeat_mm
+    longest = max(width, height)
+    return (
+        max(8, round(resolution * width / longest)),
+        max(8, round(resolution * height / longest)),
+    )
+
+
+def synthesize(weave: Weave, *, resolution: int = 1024, seed: int = 0) -> TextureSet:
+    """Return the textures of one repeat of `weave`, computed when bands are asked for.
+
+    The same weave, resolution and seed give the same bits on every machine, for any bands.
+    Raises ValueError for a resolution out of bounds.
+    """
+    # Imported here: numba takes half a second that nobody else should pay.
+    from weaveusd.synth.kernel import fill_rows
+    from weaveusd.synth.plan import lay_cells, lay_threads
+
+    width, height = texture_size(weave, resolution)
+    warp, weft = lay_threads(weave, seed)
+    columns = lay_cells(weave.warp_edge_mm, width)
+    rows = lay_cells(weave.weft_edge_mm, height)
+    color = np.array([y.color for y in weave.yarns], np.float64)
+    repeat_width, repeat_height = weave.repeat_mm
+
+    def band(first: int, last: int) -> Band:
+        if not 0 <= first <= last <= height:
+            raise ValueError(f"rows {first} to {last}, expected 0 to {height}")
+        out = {
+            name: np.empty((last - first, width, channel.components), np.float32)
+            for name, channel in CHANNELS.items()
+        }
+        fill_rows(
+            first, columns, rows, warp, weft, repeat_width, repeat_height, color,
+            out["normal"], out["tangent"], out["height"], out["opacity"], out["yarn_id"],
+            out["base_color"],
+        )  # fmt: skip
+        return out
+
+    return TextureSet(width, height, weave.repeat_mm, seed, band)
