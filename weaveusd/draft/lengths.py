@@ -24,7 +24,10 @@ _UNITS_MM: dict[str, Decimal] = {
         ("millimeters", "millimeter", "millimetres", "millimetre", "mm"), Decimal(1)
     ),
 }  # fmt: skip
-_PLACEHOLDER_CM = (Decimal("0.0185"), Decimal("0.0213"))  # Spacing, Thickness of Handweaving.net
+_PLACEHOLDER_CM = (Decimal("0.0185"), Decimal("0.0213"))
+PLACEHOLDER_MM = (0.185, 0.213)
+"""Pitch and thickness that Handweaving.net writes into every draft, whatever the cloth."""
+
 _EXACT = Context(prec=100)  # decimal to decimal: what was written comes back to the last bit
 
 
@@ -39,13 +42,12 @@ def read_lengths(rows: Rows, loom: Loom) -> dict[str, Doubles | None]:
         lengths[f"{prefix}_pitch_mm"] = None
         lengths[f"{prefix}_thickness_mm"] = None
         _note_zoom(rows, system)
-        stated = {
-            f"{prefix}_pitch_mm": _Stated(rows, loom, system, "Spacing", count),
-            f"{prefix}_thickness_mm": _Stated(rows, loom, system, "Thickness", count),
-        }
-        unit = _unit(rows, system, tuple(stated.values()))
+        pitch = _Stated(rows, loom, system, "Spacing", count)
+        thickness = _Stated(rows, loom, system, "Thickness", count)
+        unit = _unit(rows, system, pitch, thickness)
         if unit is not None:
-            lengths.update({name: s.in_mm(unit) for name, s in stated.items()})
+            lengths[f"{prefix}_pitch_mm"] = pitch.in_mm(unit)
+            lengths[f"{prefix}_thickness_mm"] = thickness.in_mm(unit)
     return lengths
 
 
@@ -112,9 +114,9 @@ class _Stated:
         self._rows.warn(self.line, self._system, f"{self._key} {message}")
 
 
-def _unit(rows: Rows, system: str, stated: tuple[_Stated, _Stated]) -> Decimal | None:
+def _unit(rows: Rows, system: str, pitch: _Stated, thickness: _Stated) -> Decimal | None:
     """Return the millimetres in a unit; None when no length holds."""
-    values = [value for s in stated if (value := s.smallest()) is not None]
+    values = [value for s in (pitch, thickness) if (value := s.smallest()) is not None]
     if not values:
         return None
     row = rows.value(system, "Units")
@@ -134,7 +136,6 @@ def _unit(rows: Rows, system: str, stated: tuple[_Stated, _Stated]) -> Decimal |
     if name.startswith("decipoint") and min(values) < 1:
         rows.warn(line, system, "a length below one decipoint; read as inches, as WeaveIt writes")
         return _INCH
-    pitch, thickness = stated
     if (
         unit == 10
         and (pitch.default, thickness.default) == _PLACEHOLDER_CM

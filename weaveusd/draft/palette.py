@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from weaveusd.draft.defaults import default_palette
 from weaveusd.draft.loom import Loom
 from weaveusd.draft.rows import Numbers, Rows
 
@@ -20,7 +21,6 @@ RGB = tuple[float, float, float]
 
 _SYSTEMS = ("WARP", "WEFT")
 _USUAL_RANGES = (255, 999, 65535)
-_NAMELESS: tuple[RGB, RGB] = ((0.15, 0.2, 0.3), (0.93, 0.91, 0.86))  # ours: dark warp, pale weft
 
 
 def read_colors(rows: Rows, loom: Loom) -> tuple[Indices, Indices, Doubles]:
@@ -142,7 +142,7 @@ def _without_table(
     named = sorted({numbers[0] for _, numbers in every if numbers[0] <= MAX_ENTRIES})
     rows.warn(0, "COLOR TABLE", "is missing; the colors are made up")
     names = named if len(named) > 1 else [1, 2]
-    dark, pale = np.array(_NAMELESS)
+    dark, pale = default_palette()
     steps = np.linspace(0.0, 1.0, len(names))[:, None]
     made_up = dark + (pale - dark) * steps
     return {n: (float(r), float(g), float(b)) for n, (r, g, b) in zip(names, made_up, strict=True)}

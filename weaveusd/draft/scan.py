@@ -23,6 +23,8 @@ SECTIONS = frozenset({
 })  # fmt: skip
 """The sections that are read; rows of every other section are passed over."""
 
+_PROSE = frozenset({"WIF", "TEXT", "NOTES"})
+
 Row = tuple[int, str]
 """Line number and value."""
 
@@ -153,8 +155,6 @@ def _put(result: Scan, section: Section, key: str, row: Row) -> None:
     elif known[1] != row[1]:
         kept = row if row[1] else known
         section.rows[key] = kept
-        result.warn(
-            row[0],
-            f"[{section.name}] {quoted(key)} was set on line {known[0]} already; "
-            f"line {kept[0]} holds",
-        )
+        if section.name not in _PROSE:
+            what = f"[{section.name}] {quoted(key)}"
+            result.warn(row[0], f"{what} stands on line {known[0]} too; line {kept[0]} holds")
