@@ -128,6 +128,7 @@ class ImageWriter:
         spec = oiio.ImageSpec(width, height, channels, _FORMATS[dtype])
         for key, value in metadata.items():
             spec.attribute(key, value)
+        spec.attribute("oiio:UnassociatedAlpha", 1)
         if path.suffix == ".exr":
             spec.attribute("compression", "zip")
             spec.attribute("DateTime", _CONSTANT_TIME)
