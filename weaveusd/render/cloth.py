@@ -1,0 +1,95 @@
+"""The exact cloth of a stage: shader inputs and texture files as a `weaveusd_cloth` BSDF."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pxr import Usd, UsdShade
+
+from weaveusd import contract
+from weaveusd.errors import StageError
+from weaveusd.render import textures
+from weaveusd.render.bsdf import packed_bsdf_dict, yarn_table
+from weaveusd.render.model import Losses
+from weaveusd.render.packing import PACKED_CHANNELS, pack
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_INPUT_OF = {
+    channel.name: input_name
+    for input_name, file in contract.SHADER_FILES.items()
+    for channel in contract.CHANNELS.values()
+    if file in channel.files
+}
+
+
+def translate(
+    shader: UsdShade.Shader, time: Usd.TimeCode, losses: Losses
+) -> tuple[dict[str, Any], str]:
+    """Return the BSDF's dictionary and the name of the primvar with the texture coordinates.
+
+    Raises
+    ------
+    StageError
+        One line naming the input, when a file is missing or broken, a value leaves its range,
+        or the yarn ids name a yarn that the shader does not describe. A cloth is never shown
+        with a part of it made up.
+    """
+    path = shader.GetPath()
+    inputs = {name: _floats(shader, name, time) for name in contract.SHADER_YARN_INPUTS}
+    scale = _value(shader, contract.SHADER_UV_SCALE, time)
+    if scale is None or np.size(scale) != 2:
+        raise StageError(f"{path}.inputs:{contract.SHADER_UV_SCALE}: is {scale}, expected float2")
+    arrays = {name: _channel(shader, name, time) for name in PACKED_CHANNELS}
+    try:
+        optics = yarn_table(inputs)
+        packed, mended = pack(arrays, optics.shape[1])
+        bsdf = packed_bsdf_dict(packed, optics, (float(scale[0]), float(scale[1])))
+    except ValueError as error:
+        raise StageError(f"{path}: {error}") from None
+    if mended:
+        losses.approximated(
+            shader.GetPrim(), f"{mended} texels have a normal or tangent of no direction"
+        )
+    return bsdf, str(_value(shader, contract.SHADER_VARNAME, time) or contract.DEFAULT_ST)
+
+
+def _channel(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> NDArray[np.float32]:
+    """Return a channel with row 0 at v = 0, in memory's meaning of its values."""
+    channel, input_name = contract.CHANNELS[name], _INPUT_OF[name]
+    where = f"{shader.GetPath()}.inputs:{input_name}"
+    image = textures.read_image(textures.resolved(_value(shader, input_name, time), where), where)
+    components = channel.components
+    if image.pixels.shape[2] < components:
+        raise StageError(
+            f"{where}: has {image.pixels.shape[2]} channels, expected at least {components}"
+        )
+    if channel.encoding == "vector" and not image.is_float:
+        raise StageError(f"{where}: holds {image.bits}-bit integers, expected half or float")
+    if channel.encoding == "label" and (image.bits != 8 or image.is_float):
+        raise StageError(f"{where}: has {image.bits} bits a texel, expected 8 for a yarn id")
+    pixels = image.pixels[::-1, :, :components]
+    if channel.encoding == "label":
+        return np.rint(pixels * 255) + contract.GAP  # files store the index plus one
+    return pixels
+
+
+def _floats(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> list[float]:
+    value = _value(shader, name, time)
+    try:
+        return [float(v) for v in value]
+    except (TypeError, ValueError):
+        raise StageError(
+            f"{shader.GetPath()}.inputs:{name}: is {value}, expected float[]"
+        ) from None
+
+
+def _value(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
+    """Return the value of an input, through connections to the material's interface."""
+    given = shader.GetInput(name)
+    if not given:
+        return None
+    sources = UsdShade.Utils.GetValueProducingAttributes(given)
+    return sources[0].Get(time) if sources else None

@@ -1,0 +1,144 @@
+"""Render a stage with Mitsuba: `render` is what `weaveusd.render` answers calls with."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from weaveusd import contract
+from weaveusd.errors import InputError
+from weaveusd.render.model import RenderResult
+from weaveusd.render.variant import SCALAR, prepare
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["MAX_PIXELS", "RenderResult", "render"]
+
+MAX_PIXELS = 16384
+"""Pixels along a side of a picture."""
+
+_SAMPLES_A_PASS = 1 << 23
+"""Samples traced at once; memory grows with them."""
+
+_NEXT_SEED = 0x9E3779B1
+
+
+def render(
+    stage: str | os.PathLike[str],
+    output: str | os.PathLike[str] | None = None,
+    *,
+    camera: str | None = None,
+    width: int = 768,
+    height: int | None = None,
+    spp: int = 64,
+    seed: int = 0,
+    context: str = contract.MITSUBA_CONTEXT,
+    variant: str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> RenderResult:
+    """Render the USD file `stage`, and write the picture where `output` says.
+
+    Parameters
+    ----------
+    stage
+        Path of a .usda, .usdc, .usd or .usdz file.
+    output
+        `.exr` for linear half floats, `.png` for 8-bit sRGB; nothing is written for None.
+    camera
+        Path of a camera prim; by default the stage's first one.
+    width, height
+        Pixels; without a height it follows from the camera's aperture.
+    spp
+        Paths of light for each pixel.
+    seed
+        The same seed gives the same picture, to the byte, on one kind of machine.
+    context
+        `mitsuba` for the exact cloth, `universal` for its UsdPreviewSurface.
+    variant
+        `cuda_ad_rgb`, `llvm_ad_rgb` or `scalar_rgb`; by default the fastest that works.
+    progress
+        Called with the share that is done, 0 to 1, after every pass.
+
+    Raises
+    ------
+    InputError
+        For an output that cannot be written, a size out of range or an unknown context.
+    StageError
+        When the stage cannot be opened, or its camera or a cloth in it is broken.
+    RendererUnavailableError
+        When nothing on this machine can render; the message says what to install.
+    """
+    begin = time.perf_counter()
+    target = None if output is None else Path(output)
+    _check_numbers(width, height, spp, seed)
+    if target is not None:
+        # The folder is looked at before minutes are spent.
+        from weaveusd.render.pictures import check_output
+
+        check_output(target)
+    active = prepare(variant)
+
+    from weaveusd.render.cameras import aspect_of, find_camera
+    from weaveusd.render.translate import translate
+    from weaveusd.stage import open_stage
+
+    opened = open_stage(stage)
+    if height is None:
+        aspect = aspect_of(find_camera(opened, camera))
+        height = min(max(round(width / aspect), 1), MAX_PIXELS)
+    translation = translate(opened, width=width, height=height, camera=camera, context=context)
+    image = _trace(translation.scene, (width, height), spp, seed, active, progress)
+    if target is not None:
+        from weaveusd.render.pictures import write_picture
+
+        write_picture(target, image)
+    return RenderResult(
+        image=image,
+        output=target,
+        losses=translation.losses,
+        seconds=time.perf_counter() - begin,
+        variant=active,
+        width=width,
+        height=height,
+        spp=spp,
+    )
+
+
+def _check_numbers(width: int, height: int | None, spp: int, seed: int) -> None:
+    for name, value in (("width", width), ("height", height)):
+        if value is not None and not 1 <= value <= MAX_PIXELS:
+            raise InputError(f"{name} is {value}, expected 1 to {MAX_PIXELS} pixels")
+    if not 1 <= spp <= 1 << 20:
+        raise InputError(f"spp is {spp}, expected 1 to {1 << 20} samples a pixel")
+    if not 0 <= seed < 1 << 32:
+        raise InputError(f"seed is {seed}, expected 0 to {(1 << 32) - 1}")
+
+
+def _trace(
+    scene: Any, size: tuple[int, int], spp: int, seed: int, variant: str,
+    progress: Callable[[float], None] | None,
+) -> NDArray[np.float32]:  # fmt: skip
+    """Return the mean of passes that are small enough for memory; read-only."""
+    import mitsuba as mi
+
+    pixels = size[0] * size[1]
+    # A scalar pass is walked pixel by pixel and takes no memory, but a sign of life is due.
+    most = max(1, _SAMPLES_A_PASS // pixels) if variant != SCALAR else max(1, spp // 8)
+    total = np.zeros((size[1], size[0], 3), np.float64)
+    done, number = 0, 0
+    while done < spp:
+        now = min(most, spp - done)
+        passed = mi.render(scene, spp=now, seed=(seed + number * _NEXT_SEED) % (1 << 32))
+        total += np.asarray(passed, np.float64)[..., :3] * now
+        done, number = done + now, number + 1
+        if progress is not None:
+            progress(done / spp)
+    image = (total / spp).astype(np.float32)
+    image.flags.writeable = False
+    return image
