@@ -31,8 +31,7 @@ class Description:
 
     Shares are 0…1. `repeat_ends` and `repeat_picks` are those of the smallest repeat of the
     drawdown, which the structure's name describes. A thread that never interlaces counts as one
-    float of the whole repeat. `stitched` is false when a system of threads falls off the cloth
-    because some thread lies on one side of all others.
+    float over the whole draft.
     """
 
     title: str

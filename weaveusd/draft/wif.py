@@ -28,14 +28,25 @@ def read_wif(path: str | os.PathLike[str]) -> Draft:
         When the file cannot be opened, exceeds a limit, or is no complete draft. The message is
         one line that names file, line, section, what was found and what was expected.
     """
-    name = os.fspath(path)
+    return parse_wif(load_wif(path), os.fspath(path))
+
+
+def load_wif(path: str | os.PathLike[str]) -> bytes:
+    """Return the bytes of the WIF at `path`, one more than the limit where it is too long.
+
+    Raises
+    ------
+    DraftError
+        When the file cannot be opened.
+    """
     try:
         with Path(path).open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+            return file.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
-        raise DraftError(f"{one_line(name)}: cannot be read: {one_line(reason)}") from error
-    return parse_wif(data, name)
+        raise DraftError(
+            f"{one_line(os.fspath(path))}: cannot be read: {one_line(reason)}"
+        ) from error
 
 
 def parse_wif(data: bytes, name: str) -> Draft:
