@@ -108,7 +108,7 @@ def open_stage(path: str | os.PathLike[str], *, load: bool = True) -> Usd.Stage:
         with captured_diagnostics():
             return Usd.Stage.Open(os.path.abspath(file), policy)
     except Tf.ErrorException as error:
-        raise StageError(f"{file}: not a USD layer: {_first_cause(error)}") from None
+        raise StageError(f"{file}: not a USD layer: {_first_cause(error, file)}") from None
 
 
 @cache
@@ -149,11 +149,12 @@ def _one_line(text: str) -> str:
     return " ".join(text.split())
 
 
-def _first_cause(error: Exception) -> str:
-    """Return what USD says went wrong first, without its own source lines and file names."""
-    causes: list[str] = re.findall(r"in file \S+ : '(.*?)'\s*(?=Error in|$)", str(error), re.DOTALL)
-    text = _one_line(causes[0] if causes else str(error))
-    return re.sub(r"^(?:/\S*?:)(?=\d+:)", "line ", text)[:300]
+def _first_cause(error: Exception, file: Path) -> str:
+    """Return what USD says went wrong first, without its own source lines and the full path."""
+    text = str(error).replace(os.path.abspath(file), file.name)
+    causes: list[str] = re.findall(r"in file \S+ : '(.*?)'\s*(?=Error in|$)", text, re.DOTALL)
+    cause = _one_line(causes[0] if causes else text)
+    return cause.removeprefix(f"{file.name}:")[:300]
 
 
 def _materialx_definitions() -> Sdf.Layer:

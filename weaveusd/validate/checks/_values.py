@@ -31,8 +31,10 @@ def judge(
         if not authored or not authored.HasAuthoredValue():
             yield missing("is not authored", path)
             continue
-        if str(authored.GetTypeName()) != attribute.type:
-            yield typed(f"has type {authored.GetTypeName()}, expected {attribute.type}", path)
+        # A layer may state another type than the schema, which USD answers with.
+        types = {str(spec.typeName) for spec in authored.GetPropertyStack()} - {attribute.type}
+        if types:
+            yield typed(f"has type {', '.join(sorted(types))}, expected {attribute.type}", path)
             continue
         value = authored.Get()
         if value is None:

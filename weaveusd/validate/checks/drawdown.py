@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 OTHER = Code("drawdown-disagrees", Status.FAIL, "The textures show another weave than is stated.")
 UNEVEN = Code(
-    "drawdown-unread", Status.SKIP, "The weave cannot be read: threads are not evenly spaced."
+    "drawdown-unread",
+    Status.SKIP,
+    "The weave cannot be read off the textures: threads are not evenly spaced, or not seen.",
 )
 
 OFFSETS = ((0.5, 0.5), (0.35, 0.5), (0.65, 0.5), (0.5, 0.35), (0.5, 0.65))
@@ -54,7 +56,10 @@ def drawdown(asset: OpenAsset) -> Iterator[Finding]:
         return
     places = [_warp_up(asset, ends, picks, offset) for offset in OFFSETS]
     same = np.mean(np.all([place == places[0] for place in places], axis=0))
-    if same < EVEN or (places[0] < 0).any():
+    if (places[0] < 0).any():
+        yield UNEVEN("a crossing shows the yarn of neither system", where)
+        return
+    if same < EVEN:
         yield UNEVEN("threads are not evenly spaced", where)
         return
     found = hashlib.sha256(np.packbits(places[0].astype(np.uint8)).tobytes()).hexdigest()

@@ -1,0 +1,382 @@
+"""One planted fault for every finding code: what is spoiled, and what must be found."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO
+from numpy.typing import NDArray
+
+from tests.validate.assets import Channels, cloth, publish
+from weaveusd.contract import GAP, MANIFEST_FILE
+from weaveusd.export.images import ImageWriter
+from weaveusd.export.manifest import list_files, write_manifest
+
+Spoil = Callable[[Path], object]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """`change` spoils the channels before they are written, `spoil` the published folder.
+
+    `codes` are all codes worse than a skip that the report must have. A sealed fault gets a
+    new manifest, so that the manifest does not betray it.
+    """
+
+    name: str
+    codes: frozenset[str]
+    change: Callable[[Channels], None] | None = None
+    spoil: Spoil | None = None
+    sealed: bool = True
+
+    def plant(self, folder: Path) -> Path:
+        entry = publish(folder, cloth(change=self.change))
+        if self.spoil is not None:
+            self.spoil(folder)
+            if self.sealed:
+                write_manifest(folder, "shot_twill", list_files(folder))
+        return entry
+
+
+FAULTS: list[Fault] = []
+
+
+def in_channels(*codes: str) -> Callable[[Callable[[Channels], None]], None]:
+    """Register the decorated function as what spoils the channels."""
+
+    def register(change: Callable[[Channels], None]) -> None:
+        FAULTS.append(Fault(change.__name__, frozenset(codes), change=change))
+
+    return register
+
+
+def in_files(*codes: str, sealed: bool = True) -> Callable[[Spoil], None]:
+    """Register the decorated function as what spoils the published folder."""
+
+    def register(spoil: Spoil) -> None:
+        FAULTS.append(Fault(spoil.__name__, frozenset(codes), spoil=spoil, sealed=sealed))
+
+    return register
+
+
+def in_text(name: str, file: str, old: str, new: str, *codes: str) -> None:
+    """Register the replacement of the text `old`, which must be there, in `file`."""
+
+    def spoil(folder: Path) -> None:
+        text = (folder / file).read_text()
+        assert old in text
+        (folder / file).write_text(text.replace(old, new))
+
+    FAULTS.append(Fault(name, frozenset(codes), spoil=spoil))
+
+
+def rewrite(path: Path, change: Callable[[NDArray], NDArray | None]) -> None:
+    """Change the stored numbers of the texture `path`."""
+    source = OpenImageIO.ImageInput.open(str(path))
+    spec = source.spec()
+    pixels = source.read_image(0, 0, 0, spec.nchannels, spec.format)
+    source.close()
+    changed = change(pixels)
+    pixels = pixels if changed is None else changed
+    height, width, channels = pixels.shape
+    with ImageWriter(path, width, height, channels, pixels.dtype.name, {}) as out:
+        out.write(pixels)
+
+
+ENTRY, LOOK, MTLX = "shot_twill.usda", "look.usda", "material.mtlx"
+
+# --- Structure ------------------------------------------------------------------------------------
+
+in_text("a_root_of_another_type", ENTRY, 'def Scope "shot', 'def Xform "shot', "root-not-scope")
+in_text("no_units", ENTRY, "    metersPerUnit = 1\n", "", "stage-metadata", "usd-error")
+in_text(
+    "no_schema", LOOK, '"WeaveClothAPI", ', "", "material-missing"
+)  # fmt: skip
+in_text("another_name", ENTRY, 'name = "shot_twill"', 'name = "twill"', "asset-info")
+in_text("look_as_sublayer", ENTRY, "    prepend references = @./look.usda@\n", "",
+        "look-not-referenced", "material-missing")  # fmt: skip
+
+# --- Paths ----------------------------------------------------------------------------------------
+
+in_text("absolute_path", LOOK, "weave:draft = @./draft.wif@", "weave:draft = @/tmp/draft.wif@",
+        "path-absolute", "usd-error")  # fmt: skip
+in_text("drive_letter", LOOK, "weave:draft = @./draft.wif@", "weave:draft = @C:/draft.wif@",
+        "path-absolute", "usd-error")  # fmt: skip
+in_text("climbing_path", LOOK, "weave:draft = @./draft.wif@",
+        "weave:draft = @./textures/../draft.wif@", "path-parent")  # fmt: skip
+in_text("search_path", LOOK, "weave:draft = @./draft.wif@", "weave:draft = @draft.wif@",
+        "path-unanchored")  # fmt: skip
+
+
+@in_files("path-missing", "texture-unreadable", "usd-error")
+def missing_texture(folder: Path) -> None:
+    (folder / "textures" / "height.exr").unlink()
+
+
+@in_files("path-outside", "manifest-changed", sealed=False)
+def texture_elsewhere(folder: Path) -> None:
+    inside, outside = folder / "textures" / "height.exr", folder.parent / "height.exr"
+    inside.rename(outside)
+    inside.symlink_to(outside)
+
+
+# --- Attributes -----------------------------------------------------------------------------------
+
+in_text("no_thickness", LOOK, "        uniform double weave:thickness = 0.5\n", "",
+        "cloth-missing")  # fmt: skip
+in_text("ends_as_text", LOOK, "uniform int weave:shafts = 4", 'uniform string weave:shafts = "4"',
+        "cloth-type", "usd-error")  # fmt: skip
+in_text("cover_above_one", LOOK, "weave:warpCover = 0.88", "weave:warpCover = 1.88",
+        "cloth-limits")  # fmt: skip
+in_text("not_a_number", LOOK, "weave:thickness = 0.5", "weave:thickness = nan", "cloth-limits")
+in_text("invented_attribute", LOOK, "uniform double weave:thickness",
+        "uniform double weave:softness = 3\n        uniform double weave:thickness",
+        "cloth-unknown")  # fmt: skip
+in_text("no_tex", LOOK, "        uniform double weave:yarn:ecru:tex = 66\n", "", "yarn-missing")
+in_text("plies_as_double", LOOK, "uniform int weave:yarn:ecru:plies = 1",
+        "uniform double weave:yarn:ecru:plies = 1", "yarn-type", "usd-error")  # fmt: skip
+in_text("packing_above_one", LOOK, "weave:yarn:ecru:packing = 0.6",
+        "weave:yarn:ecru:packing = 60", "yarn-limits")  # fmt: skip
+in_text("bogus_token", LOOK, 'weave:yarn:ecru:twistDirection = "S"',
+        'weave:yarn:ecru:twistDirection = "left"', "yarn-token")  # fmt: skip
+in_text("invented_yarn_attribute", LOOK, "uniform double weave:yarn:ecru:tex",
+        "uniform double weave:yarn:ecru:luck = 7\n        uniform double weave:yarn:ecru:tex",
+        "yarn-unknown")  # fmt: skip
+in_text("dropped_yarn", LOOK, ', "WeaveYarnAPI:indigo"', "", "yarn-list")
+in_text("yarns_exchanged", LOOK, "weave:yarn:ecru:id = 1", "weave:yarn:ecru:id = 2", "yarn-order")
+in_text("lobe_without_width", LOOK, "weave:yarn:ecru:gammaS = 0.21", "weave:yarn:ecru:gammaS = 0",
+        "optics", "shader-disagrees")  # fmt: skip
+
+# --- Shaders --------------------------------------------------------------------------------------
+
+in_text(
+    "exact_shader_unplugged",
+    LOOK,
+    "        token outputs:mitsuba:surface.connect = "
+    "</shot_twill/Material/MitsubaSurface.outputs:surface>\n",
+    "",
+    "shader-missing",
+)
+in_text("array_left_out", LOOK, "            float[] inputs:tau = [0, 0]\n", "",
+        "shader-input-missing")  # fmt: skip
+in_text("array_of_doubles", LOOK, "float[] inputs:tau", "double[] inputs:tau",
+        "shader-input-type", "usd-error")  # fmt: skip
+in_text("another_texture", LOOK, "inputs:height_file = @./textures/height.exr@",
+        "inputs:height_file = @./textures/opacity.png@", "shader-file")  # fmt: skip
+in_text("array_too_short", LOOK, "inputs:eta = [1.54, 1.54]", "inputs:eta = [1.54]",
+        "shader-array-length")  # fmt: skip
+in_text("array_of_other_numbers", LOOK, "inputs:eta = [1.54, 1.54]", "inputs:eta = [1.54, 1.55]",
+        "shader-disagrees")  # fmt: skip
+in_text("scale_of_another_cloth", LOOK, "inputs:uv_scale = (500, 500)",
+        "inputs:uv_scale = (500, 400)", "uv-scale")  # fmt: skip
+in_text("another_sett", LOOK, "weave:endsPerCm = 20", "weave:endsPerCm = 21", "sett-disagrees")
+in_text(
+    "preview_unplugged",
+    LOOK,
+    "        token outputs:surface.connect = "
+    "</shot_twill/Material/PreviewSurface.outputs:surface>\n",
+    "",
+    "preview-missing",
+)
+in_text(
+    "materialx_unplugged",
+    LOOK,
+    "        token outputs:mtlx:surface.connect = </shot_twill/Material/MtlxSurface.outputs:out>\n",
+    "",
+    "mtlx-missing",
+)
+in_text("materialx_of_no_version", LOOK, 'string config:mtlx:version = "1.39"',
+        "string config:mtlx:version", "mtlx-version")  # fmt: skip
+in_text("unknown_input", LOOK, "            float inputs:metallic = 0\n",
+        "            float inputs:metallic = 0\n            float inputs:sheen = 1\n",
+        "input-unknown")  # fmt: skip
+in_text("unknown_input_of_the_exact_shader", LOOK, "            float[] inputs:tau = [0, 0]\n",
+        "            float[] inputs:tau = [0, 0]\n            float inputs:sparkle = 1\n",
+        "input-unknown")  # fmt: skip
+in_text("color_space_of_usd", LOOK, 'colorSpace = "srgb_texture"', 'colorSpace = "sRGB"',
+        "color-space-name")  # fmt: skip
+in_text("linear_preview_color", LOOK, 'inputs:sourceColorSpace = "sRGB"',
+        'inputs:sourceColorSpace = "raw"', "color-space-wrong")  # fmt: skip
+in_text("unstated_color_space", LOOK, ' (\n                colorSpace = "srgb_texture"\n'
+        "            )", "", "color-space-wrong")  # fmt: skip
+in_text("unknown_node", LOOK, '"ND_multiply_vector2"', '"ND_multiply_vector9"', "usd-error")
+
+# --- The MaterialX document -----------------------------------------------------------------------
+
+
+@in_files("mtlx-broken")
+def document_cut_short(folder: Path) -> None:
+    text = (folder / MTLX).read_text()
+    (folder / MTLX).write_text(text[: len(text) // 2])
+
+
+in_text("document_of_unknown_nodes", MTLX, "<multiply ", "<multiplicate ", "mtlx-broken")
+in_text("document_of_unknown_types", MTLX, '<image name="opacity_map" type="float">',
+        '<image name="opacity_map" type="integer">', "mtlx-broken", "mtlx-node")  # fmt: skip
+in_text("document_of_no_color_space", MTLX, ' colorspace="lin_rec709"', "", "mtlx-color-space")
+in_text("document_of_other_files", MTLX, "textures/normal.png", "../normal.png", "mtlx-file")
+
+# --- Textures -------------------------------------------------------------------------------------
+
+
+@in_files("texture-unreadable")
+def texture_cut_short(folder: Path) -> None:
+    path = folder / "textures" / "normal.exr"
+    path.write_bytes(path.read_bytes()[:600])
+
+
+@in_files("texture-format")
+def opacity_in_color(folder: Path) -> None:
+    rewrite(folder / "textures" / "opacity.png", lambda pixels: np.repeat(pixels, 3, axis=2))
+
+
+in_text("another_resolution", LOOK, "weave:textureWidth = 64", "weave:textureWidth = 128",
+        "texture-size")  # fmt: skip
+
+
+@in_files("texture-not-finite")
+def not_a_number_in_a_texture(folder: Path) -> None:
+    def change(pixels: NDArray) -> None:
+        pixels[3, 4, 1] = np.nan
+
+    rewrite(folder / "textures" / "normal.exr", change)
+
+
+@in_channels("vector-not-unit", "frame-not-orthogonal", "normal-not-of-height")
+def gamma_encoded_normals(channels: Channels) -> None:
+    normal = channels["normal"]
+    normal[...] = 2 * (normal / 2 + 0.5) ** (1 / 2.2) - 1
+
+
+@in_channels("vector-not-unit")
+def tangents_of_half_length(channels: Channels) -> None:
+    channels["tangent"][5, 6] *= 0.5
+
+
+@in_channels("normal-below")
+def a_normal_into_the_cloth(channels: Channels) -> None:
+    channels["normal"][5, 6] *= -1
+
+
+@in_channels("frame-not-orthogonal")
+def tangents_turned_out_of_the_surface(channels: Channels) -> None:
+    channels["tangent"][10:20] = channels["normal"][10:20]
+
+
+@in_files("frame-not-orthogonal", "encodings-disagree")
+def a_texture_row_turned_round(folder: Path) -> None:
+    def change(pixels: NDArray) -> None:
+        pixels[7] = pixels[7, ::-1].copy()
+
+    rewrite(folder / "textures" / "normal.exr", change)
+
+
+@in_channels("albedo-range")
+def a_yarn_that_makes_light(channels: Channels) -> None:
+    channels["base_color"][2, 8] = 1.5
+
+
+@in_channels("height-above-crown")
+def a_height_above_the_crown(channels: Channels) -> None:
+    channels["height"][2, 8] = 0.01
+
+
+@in_channels("height-below-cloth")
+def a_height_below_the_cloth(channels: Channels) -> None:
+    channels["height"][0, 0] = -3
+
+
+@in_channels("opacity-between")
+def a_half_open_texel(channels: Channels) -> None:
+    channels["opacity"][8, 8] = 0.5
+
+
+@in_channels("gap-disagrees")
+def an_opaque_gap(channels: Channels) -> None:
+    gaps = channels["yarn_id"] == GAP
+    row, column, _ = np.argwhere(gaps)[0]
+    channels["opacity"][row, column] = 1
+
+
+@in_files("yarn-id-unknown")
+def a_yarn_id_beyond_the_list(folder: Path) -> None:
+    def change(pixels: NDArray) -> None:
+        pixels[8, 8] = 77
+
+    rewrite(folder / "textures" / "yarn_id.png", change)
+
+
+@in_channels("yarn-id-unused")
+def a_weft_that_is_not_there(channels: Channels) -> None:
+    weft = channels["yarn_id"] == 1
+    channels["yarn_id"][weft], channels["opacity"][weft] = GAP, 0
+
+
+@in_files("encodings-disagree")
+def a_preview_of_another_color(folder: Path) -> None:
+    def change(pixels: NDArray) -> None:
+        pixels[pixels > 100] += 2
+
+    rewrite(folder / "textures" / "base_color.png", change)
+
+
+@in_channels("normal-not-of-height")
+def normals_upside_down(channels: Channels) -> None:
+    channels["normal"][..., 1] *= -1
+    channels["tangent"][..., 1] *= -1
+
+
+@in_channels("fibre-across")
+def fibres_turned_in_the_surface(channels: Channels) -> None:
+    channels["tangent"][...] = np.cross(channels["normal"], channels["tangent"])
+
+
+@in_channels("tile-seam")
+def three_rows_cut_off(channels: Channels) -> None:
+    for name, values in channels.items():
+        channels[name] = values[:-3]
+
+
+@in_channels("tile-seam")
+def three_columns_cut_off(channels: Channels) -> None:
+    for name, values in channels.items():
+        channels[name] = values[:, :-3]
+
+
+in_text("another_weave", LOOK, "weave:drawdownSha256 = \"1", "weave:drawdownSha256 = \"2",
+        "drawdown-disagrees")  # fmt: skip
+
+# --- The manifest ---------------------------------------------------------------------------------
+
+
+@in_files("manifest-changed", sealed=False)
+def a_flipped_bit(folder: Path) -> None:
+    path = folder / "draft.wif"
+    data = bytearray(path.read_bytes())
+    data[5] ^= 1
+    path.write_bytes(data)
+
+
+@in_files("manifest-added", sealed=False)
+def an_added_file(folder: Path) -> None:
+    (folder / "notes.txt").write_text("mine")
+
+
+@in_files("manifest-gone", "path-missing", "usd-error", sealed=False)
+def a_file_gone(folder: Path) -> None:
+    (folder / "draft.wif").unlink()
+
+
+@in_files("manifest-broken", sealed=False)
+def a_manifest_of_another_form(folder: Path) -> None:
+    (folder / MANIFEST_FILE).write_text("[]")
+
+
+@in_files("manifest-digest", sealed=False)
+def a_manifest_of_another_digest(folder: Path) -> None:
+    path = folder / MANIFEST_FILE
+    path.write_text(re.sub(r'(content_sha256": ")\w', r"\1-", path.read_text()))

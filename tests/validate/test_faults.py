@@ -1,0 +1,45 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.validate.assets import PLAIN, SATIN, TWILL, cloth, publish
+from tests.validate.faults import FAULTS, Fault
+from weaveusd.validate.model import Status
+from weaveusd.validate.registry import all_checks
+from weaveusd.validate.run import validate
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_a_planted_fault_is_found_under_its_code_and_no_other(fault: Fault, tmp_path: Path) -> None:
+    report = validate(fault.plant(tmp_path / "v001"))
+    found = {finding.code for finding in report.findings if finding.status > Status.SKIP}
+    assert found == fault.codes
+
+
+@pytest.mark.parametrize("warp_up", [PLAIN, TWILL, SATIN], ids=["plain", "twill", "satin"])
+def test_a_good_asset_passes_every_check(warp_up, tmp_path: Path) -> None:
+    report = validate(publish(tmp_path / "v001", cloth(warp_up)))
+    assert {finding.status for finding in report.findings} == {Status.PASS}
+    assert [finding.check for finding in report.findings] == [check.id for check in all_checks()]
+
+
+def test_every_code_that_fails_or_warns_has_a_fault_planted_for_it() -> None:
+    planted = frozenset().union(*(fault.codes for fault in FAULTS))
+    codes = {
+        code.name
+        for check in all_checks()
+        for code in check.codes
+        if code.status > Status.SKIP and code.name != "usd-warning"
+    }
+    assert codes - planted == set()
+
+
+def test_a_finding_says_where_what_and_what_was_expected(tmp_path: Path) -> None:
+    fault = next(fault for fault in FAULTS if fault.name == "packing_above_one")
+    report = validate(fault.plant(tmp_path / "v001"))
+    (finding,) = (f for f in report.findings if f.status > Status.SKIP)
+    assert finding.check == "attribute/yarns"
+    assert finding.where == "/shot_twill/Material.weave:yarn:ecru:packing"
+    assert finding.message == "is 60.0, expected 0 to 1"
