@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import resource
+import signal
 import struct
 import time
 import zlib
@@ -14,6 +16,7 @@ import pytest
 from weaveusd.errors import InputError, WeaveusdError
 from weaveusd.export import images
 from weaveusd.export.images import ImageWriter, density, read_image, write_png8
+from weaveusd.export.png import png_fault
 
 
 def ramp(channels: int, height: int = 5, width: int = 7) -> np.ndarray:
@@ -132,3 +135,54 @@ def test_the_physical_size_is_stated_in_pixels_per_inch(tmp_path, suffix, dtype)
     assert spec.get_float_attribute("XResolution") == pytest.approx(100, rel=1e-4)
     assert spec.get_float_attribute("YResolution") == pytest.approx(127, rel=1e-4)
     assert spec.get_string_attribute("ResolutionUnit") in ("in", "inch")
+
+
+def written(path: Path) -> bytes:
+    noise = np.random.default_rng(0).random((64, 64, 3))
+    if path.suffix == ".png":
+        write_png8(path, (noise * 255).astype(np.uint8))
+    else:
+        with ImageWriter(path, 64, 64, 3, "float16", {}) as out:
+            out.write(noise.astype(np.float16))
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("suffix", [".png", ".exr"])
+@pytest.mark.parametrize("missing", [1, 100, 5000])
+def test_a_disk_that_fills_up_never_goes_unnoticed(tmp_path, suffix, missing):
+    path = tmp_path / f"x{suffix}"
+    size = len(written(path))
+    path.unlink()
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size - missing, hard))
+    try:
+        with pytest.raises(WeaveusdError, match=rf"x\{suffix}: cannot be written"):
+            written(path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, handler)
+
+
+def test_a_png_with_any_part_missing_or_changed_is_refused(tmp_path):
+    whole = written(tmp_path / "x.png")
+    broken = {
+        "cut short": [whole[: len(whole) * part // 8] for part in range(2, 8)] + [whole[:-1]],
+        "wrong checksum": [whole[:5000] + b"x" + whole[5001:]],
+        "no pixels": [whole[:33] + whole[-12:]],
+    }
+    for fault, variants in broken.items():
+        for content in variants:
+            (tmp_path / "y.png").write_bytes(content)
+            assert fault in str(png_fault(tmp_path / "y.png"))
+            with pytest.raises(InputError, match=r"y\.png: "):
+                read_image(tmp_path / "y.png")
+    assert png_fault(tmp_path / "x.png") is None
+
+
+def test_rows_left_out_are_a_slip(tmp_path):
+    with (
+        pytest.raises(ValueError, match="2 rows of 5"),
+        ImageWriter(tmp_path / "x.exr", 7, 5, 1, "float16", {}) as out,
+    ):
+        out.write(np.zeros((2, 7, 1), np.float16))

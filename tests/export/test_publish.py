@@ -15,7 +15,6 @@ import pytest
 
 from weaveusd.errors import (
     InputError,
-    ValidationFailedError,
     VersionConflictError,
     WeaveusdError,
 )
@@ -116,9 +115,7 @@ def test_the_check_sees_the_complete_asset(tmp_path):
     assert seen == ["manifest.json", "textures", "textures/a.bin", "twill.usda"]
 
 
-@pytest.mark.parametrize(
-    "error", [ValidationFailedError("bad"), ValueError("slip"), KeyboardInterrupt()]
-)
+@pytest.mark.parametrize("error", [WeaveusdError("bad"), ValueError("slip"), KeyboardInterrupt()])
 def test_a_failing_check_leaves_no_trace(tmp_path, error):
     def check(folder: Path) -> None:
         raise error

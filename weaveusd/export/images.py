@@ -14,6 +14,7 @@ import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 
 from weaveusd.errors import InputError, WeaveusdError
+from weaveusd.export.png import png_fault
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -52,6 +53,8 @@ def read_image(path: Path) -> Bytes | Floats32:
     try:
         spec = source.spec()
         _check_size(path, spec)
+        if source.format_name() == "png" and (fault := png_fault(path)) is not None:
+            raise InputError(f"{path}: broken image: {fault}")
         kind = oiio.UINT8 if spec.format == oiio.UINT8 else oiio.FLOAT
         pixels = source.read_image(0, 0, 0, spec.nchannels, kind)
         if pixels is None:
@@ -111,7 +114,7 @@ class ImageWriter:
     Raises
     ------
     WeaveusdError
-        The file could not be opened, written or, on leaving the context, closed.
+        The file could not be opened, written or, on leaving the context, closed whole.
     """
 
     __slots__ = ("_dtype", "_out", "_path", "_row", "_shape")
@@ -162,8 +165,15 @@ class ImageWriter:
         trace: TracebackType | None,
     ) -> None:
         closed = self._out.close()
-        if kind is None and not closed:
+        if kind is not None:
+            return
+        if self._row != self._shape[0]:
+            raise ValueError(f"{self._path}: {self._row} rows of {self._shape[0]} were written")
+        if not closed:
             raise self._failure()
+        fault = _written_fault(self._path)
+        if fault is not None:
+            raise WeaveusdError(f"{self._path}: cannot be written, is the disk full? {fault}")
 
     def _failure(self) -> WeaveusdError:
         return WeaveusdError(f"{self._path}: cannot be written: {_one_line(self._out.geterror())}")
@@ -178,6 +188,24 @@ def _check_size(path: Path, spec: Any) -> None:
         )
     if spec.nchannels > MAX_CHANNELS:
         raise InputError(f"{path}: {spec.nchannels} channels, expected at most {MAX_CHANNELS}")
+
+
+def _written_fault(path: Path) -> str | None:
+    """Return what is wrong with a file just closed, None if it is whole.
+
+    A full disk goes unnoticed by OpenImageIO in any part of a PNG and at the end of an EXR.
+    """
+    if path.suffix == ".png":
+        return png_fault(path)
+    written = oiio.ImageInput.open(str(path))
+    if written is None:
+        return _one_line(oiio.geterror())
+    try:
+        spec = written.spec()
+        last = written.read_scanlines(spec.height - 1, spec.height, 0, 0, 1, oiio.FLOAT)
+        return _one_line(written.geterror()) if last is None else None
+    finally:
+        written.close()
 
 
 def _one_line(message: str) -> str:
