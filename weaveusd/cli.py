@@ -1,12 +1,276 @@
-"""The command line: arguments, printing, exit status."""
+"""The command line: arguments, printing, exit status.
+
+With ``--json`` exactly one object goes to stdout; everything for people goes to stderr, and a
+progress bar only to a terminal. The exit status is that of the error raised (errors.py), 0
+for success and 2 for a mistake in the arguments.
+"""
 
 from __future__ import annotations
 
+import json
+import shlex
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
 import typer
 
-app = typer.Typer(no_args_is_help=True)
+from weaveusd import cli_draft
+from weaveusd._version import __version__
+from weaveusd.errors import WeaveusdError
+
+app = typer.Typer(
+    name="weaveusd",
+    help="Turn a weaving draft into a cloth you can render.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
+DraftFile = Annotated[Path, typer.Argument(metavar="DRAFT", help="A WIF file.")]
+StageFile = Annotated[Path, typer.Argument(metavar="STAGE", help="A USD file.")]
 
 
-def main() -> None:
-    """Run the command line."""
-    app()
+DEBUG = "--debug"
+
+
+class Context(str, Enum):
+    """Whose networks a render reads first."""
+
+    mitsuba = "mitsuba"
+    preview = "preview"
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        sys.stdout.write(f"weaveusd {__version__}\n")
+        raise typer.Exit
+
+
+def main() -> NoReturn:
+    """Run the command line and exit."""
+    debug = DEBUG in sys.argv[1:]
+    try:
+        status = app([a for a in sys.argv[1:] if a != DEBUG], standalone_mode=False)
+    except (typer.Abort, KeyboardInterrupt):
+        status = 130
+    except WeaveusdError as error:
+        status = _fail(str(error), error, error.exit_status, debug=debug)
+    except Exception as error:
+        # typer keeps its usage errors, which are click's, in a module of its own.
+        usage = getattr(error, "format_message", None)
+        if usage is not None:
+            status = _fail(f"{usage()} (--help shows the usage)", error, 2, debug=debug)
+        else:
+            what = f"internal error: {type(error).__name__}: {error} ({DEBUG} shows where)"
+            status = _fail(what, error, 1, debug=debug)
+    sys.exit(status if isinstance(status, int) else 0)
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Print the version and exit.", callback=_version, is_eager=True
+        ),
+    ] = False,
+    debug: Annotated[
+        bool, typer.Option(DEBUG, help="Show the traceback of an error; stands anywhere.")
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def publish(
+    draft: DraftFile,
+    root: Annotated[Path, typer.Option(help="Folder that holds all assets.")],
+    preset: Annotated[
+        str | None, typer.Option(help="Yarns and sett by name; see `weaveusd presets`.")
+    ] = None,
+    recipe: Annotated[
+        Path | None, typer.Option(help="Yarns and sett from a TOML file of yours.")
+    ] = None,
+    name: Annotated[
+        str | None, typer.Option(help="Name of the asset; else the draft's and the recipe's.")
+    ] = None,
+    resolution: Annotated[
+        int, typer.Option(help="Texels along the longer side of the repeat.")
+    ] = 1024,
+    seed: Annotated[int, typer.Option(help="Seed of every irregularity.")] = 0,
+    version: Annotated[str, typer.Option(help="`next`, or one such as v003.")] = "next",
+    as_json: Json = False,
+) -> None:
+    """Publish a draft as a USD and MaterialX material asset, checked and at once."""
+    if (preset is None) == (recipe is None):
+        raise typer.BadParameter("expected --preset or --recipe, exactly one of them")
+    from weaveusd import pipeline
+
+    started = time.perf_counter()
+    try:
+        with _progress(f"publishing {draft.name}") as progress:
+            done = pipeline.publish(
+                draft,
+                root=root,
+                preset=preset,
+                recipe=recipe,
+                name=name,
+                resolution=resolution,
+                seed=seed,
+                version=version,
+                progress=progress,
+            )
+    except WeaveusdError as error:
+        if as_json:
+            _print_json(
+                {
+                    "status": "failed", "asset": name, "version": None, "entry": None,
+                    "material": None, "files": [], "error": str(error),
+                    "seconds": round(time.perf_counter() - started, 3),
+                    "findings": getattr(error, "findings", []),
+                }
+            )  # fmt: skip
+        raise
+    if as_json:
+        _print_json(done.as_dict())
+        return
+    asset = done.asset
+    size = sum(f.bytes for f in asset.files) / 1e6
+    _say(f"{asset.status} {asset.asset} {asset.version}: {len(asset.files)} files, {size:.1f} MB, "
+         f"{done.seconds:.1f} s")  # fmt: skip
+    _say(f"  entry     {asset.entry}")
+    _say(f"  material  {asset.material}")
+    for finding in done.findings:
+        _say(f"  {finding['status']:<5} {finding['code']}: {finding['message']}")
+
+
+@app.command()
+def render(
+    stage: StageFile,
+    output: Annotated[Path, typer.Option(help="Image to write, .exr (linear) or .png (display).")],
+    camera: Annotated[str | None, typer.Option(help="Path of a camera prim.")] = None,
+    width: Annotated[int, typer.Option(min=1, max=16384)] = 768,
+    height: Annotated[int, typer.Option(min=1, max=16384)] = 768,
+    spp: Annotated[int, typer.Option(min=1, max=1 << 20, help="Samples a pixel.")] = 64,
+    seed: Annotated[int, typer.Option(min=0)] = 0,
+    context: Annotated[
+        Context, typer.Option(help="Networks to read first: the exact ones or the preview's.")
+    ] = Context.mitsuba,
+    as_json: Json = False,
+) -> None:
+    """Render a stage with Mitsuba, cloth by its exact BSDF."""
+    from weaveusd import pipeline
+
+    with _progress(f"rendering {stage.name}") as progress:
+        result = pipeline.render(
+            stage,
+            output,
+            camera=camera,
+            width=width,
+            height=height,
+            spp=spp,
+            seed=seed,
+            context=context.value,
+            progress=progress,
+        )
+    losses = [str(loss) for loss in result.losses]
+    if as_json:
+        _print_json(
+            {
+                "output": str(output), "width": width, "height": height, "spp": spp,
+                "variant": result.variant, "seconds": round(result.seconds, 3), "losses": losses,
+            }
+        )  # fmt: skip
+        return
+    _say(f"rendered {output} in {result.seconds:.1f} s ({result.variant})")
+    for loss in losses:
+        _say(f"  loss: {loss}")
+
+
+@app.command()
+def validate(stage: StageFile, as_json: Json = False) -> None:
+    """Judge a published asset from its files alone; exit 4 when it fails."""
+    from weaveusd import pipeline
+
+    with _progress(f"validating {stage.name}") as progress:
+        report = pipeline.validate(stage, progress=progress)
+    if as_json:
+        _print_json(report.as_dict())
+    else:
+        _say(pipeline.report_text(report))
+    if not report.passed:
+        raise typer.Exit(4)
+
+
+@app.command()
+def presets(
+    name: Annotated[str | None, typer.Argument(help="One preset, with every number.")] = None,
+    as_json: Json = False,
+) -> None:
+    """List the presets, or show one with its numbers and their source."""
+    from weaveusd import pipeline
+
+    found = pipeline.presets(name)
+    if as_json:
+        _print_json(found)
+    elif name is None:
+        for preset in found:
+            _say(f"{preset['name']:<12} {preset['kind']:<7} {preset['title']}")
+    else:
+        _say(json.dumps(found[0], indent=2, ensure_ascii=False))
+
+
+@app.command()
+def env(as_json: Json = False) -> None:
+    """Print what usdview and other USD programs need to know the schema.
+
+    For a shell: eval "$(weaveusd env)".
+    """
+    from weaveusd import pipeline
+
+    variables = pipeline.environment()
+    if as_json:
+        _print_json(variables)
+        return
+    for key, value in variables.items():
+        _say(f"export {key}={shlex.quote(value)}${{{key}:+:${key}}}")
+
+
+cli_draft.register(app)
+
+
+def _fail(message: str, error: BaseException, status: int, *, debug: bool) -> int:
+    if debug:
+        traceback.print_exception(error, file=sys.stderr)
+    print(f"weaveusd: {' '.join(message.splitlines())}", file=sys.stderr)
+    return status
+
+
+def _say(line: str) -> None:
+    sys.stdout.write(line + "\n")
+
+
+def _print_json(value: Any) -> None:
+    sys.stdout.write(json.dumps(value, indent=2, ensure_ascii=False) + "\n")
+
+
+@contextmanager
+def _progress(what: str) -> Iterator[Callable[[float], None] | None]:
+    """Show a bar on stderr while the body runs, where stderr is a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda share: bar.update(task, completed=share)

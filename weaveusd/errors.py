@@ -6,7 +6,7 @@ programmer raises `ValueError` and the like; it is never caught and shown as a u
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 
 class WeaveusdError(Exception):
@@ -34,9 +34,16 @@ class StageError(InputError):
 
 
 class ValidationFailedError(WeaveusdError):
-    """What would have been published failed its own checks; nothing was written."""
+    """What would have been published failed its own checks; nothing was written.
+
+    `findings` are those of the report, as JSON types.
+    """
 
     exit_status = 4
+
+    def __init__(self, message: str, findings: list[dict[str, Any]]) -> None:
+        super().__init__(message)
+        self.findings = findings
 
 
 class VersionConflictError(WeaveusdError):

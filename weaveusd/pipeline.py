@@ -1,3 +1,212 @@
 """The road from a draft to a published, rendered and judged asset."""
 
 from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from weaveusd._version import __version__
+from weaveusd.errors import InputError, ValidationFailedError
+
+if TYPE_CHECKING:
+    from weaveusd.export.publish import PublishedAsset
+    from weaveusd.render.run import RenderResult
+    from weaveusd.shading.material import ClothMaterial
+    from weaveusd.validate.model import Report
+    from weaveusd.yarn.model import Recipe
+
+Progress = Callable[[float], None]
+PathLike = str | os.PathLike[str]
+
+RESOLUTIONS = (8, 1 << 14)
+"""Fewest and most texels along the longer side of a published texture."""
+
+_WRITING = 0.85
+"""Share of a publish's time that goes into writing textures, for the progress bar."""
+
+
+@dataclass(frozen=True, slots=True)
+class Publication:
+    """What `publish` did: the asset, its findings as JSON types, and how long it took."""
+
+    asset: PublishedAsset
+    findings: list[dict[str, Any]]
+    seconds: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the publication as JSON types."""
+        return {
+            **self.asset.as_dict(),
+            "seconds": round(self.seconds, 3),
+            "findings": self.findings,
+        }
+
+
+def publish(
+    draft: PathLike,
+    *,
+    root: PathLike,
+    preset: str | None = None,
+    recipe: PathLike | None = None,
+    name: str | None = None,
+    resolution: int = 1024,
+    seed: int = 0,
+    version: str = "next",
+    progress: Progress | None = None,
+) -> Publication:
+    """Publish the cloth that `draft` and a preset or recipe make as a version below `root`.
+
+    The asset appears whole and checked, or not at all; the same input gives the same bytes, and
+    publishing it again is `unchanged`.
+
+    Parameters
+    ----------
+    draft
+        A WIF file.
+    root
+        Folder that holds all assets.
+    preset, recipe
+        Name of a preset, or a recipe's TOML file: exactly one of them.
+    name
+        Name of the asset; by default the draft file's and the recipe's. It is made safe.
+    resolution
+        Texels along the longer side of the repeat.
+    seed
+        Seed of every irregularity, 0 or more.
+    version
+        ``next``, or one such as ``v003``.
+    progress
+        Told the share of the work done, 0…1.
+
+    Raises
+    ------
+    InputError
+        The draft, recipe, resolution, seed, version or root is broken.
+    ValidationFailedError
+        The asset failed its own checks; nothing was written.
+    VersionConflictError
+        The version asked for exists with other content.
+    """
+    from weaveusd.export.asset import write_asset
+    from weaveusd.export.names import safe_name
+    from weaveusd.export.publish import publish_asset
+
+    started = time.perf_counter()
+    tell = progress or (lambda share: None)
+    _check_bounds("resolution", resolution, *RESOLUTIONS)
+    _check_bounds("seed", seed, 0, (1 << 31) - 1)
+    material_recipe = read_recipe(preset=preset, recipe=recipe)
+    name = safe_name(name or f"{Path(draft).stem}_{material_recipe.name}")
+    material = make_material(draft, material_recipe, name, resolution=resolution, seed=seed)
+    tell(0.05)
+    findings: list[dict[str, Any]] = []
+
+    def write(folder: Path) -> None:
+        write_asset(material, folder, progress=lambda share: tell(0.05 + _WRITING * share))
+
+    def check(folder: Path) -> None:
+        from weaveusd.contract import entry_layer
+        from weaveusd.validate.model import Status
+        from weaveusd.validate.run import validate
+
+        report = validate(
+            folder / entry_layer(name),
+            progress=lambda share: tell(0.05 + _WRITING + (0.95 - _WRITING) * share),
+        )
+        findings.extend(f.as_dict() for f in report.findings if f.status > Status.SKIP)
+        if not report.passed:
+            worst = max(report.findings, key=lambda f: f.status)
+            raise ValidationFailedError(
+                f"{name}: nothing published: {worst.code}: {worst.message}", findings
+            )
+
+    asset = publish_asset(Path(root), name, write, check, version)
+    tell(1.0)
+    return Publication(asset, findings, time.perf_counter() - started)
+
+
+def read_recipe(*, preset: str | None, recipe: PathLike | None) -> Recipe:
+    """Return the preset or the recipe file, whichever is given; raises InputError for both."""
+    from weaveusd.yarn import recipe as recipes
+
+    if preset is not None and recipe is None:
+        return recipes.read_preset(preset)
+    if recipe is not None and preset is None:
+        return recipes.read_recipe(recipe)
+    raise InputError("expected a preset or a recipe, exactly one of them")
+
+
+def make_material(
+    draft: PathLike, recipe: Recipe, name: str, *, resolution: int, seed: int
+) -> ClothMaterial:
+    """Return the material of the WIF file `draft` and `recipe`, in memory."""
+    from weaveusd.cloth.weave import weave
+    from weaveusd.draft.wif import load_wif, parse_wif
+    from weaveusd.draft.write import write_wif
+    from weaveusd.shading.material import Provenance
+    from weaveusd.shading.shade import shade
+    from weaveusd.synth.textures import synthesize
+
+    data = load_wif(draft)
+    parsed = parse_wif(data, os.fspath(draft))
+    cloth = weave(parsed, recipe)
+    provenance = Provenance(
+        draft_title=parsed.title,
+        draft_sha256=hashlib.sha256(data).hexdigest(),
+        draft_wif=write_wif(parsed),
+        shafts=parsed.shafts,
+        recipe=recipe.name,
+        recipe_source=recipe.source,
+        tool_version=__version__,
+    )
+    return shade(name, cloth, synthesize(cloth, resolution=resolution, seed=seed), provenance)
+
+
+def render(stage: PathLike, output: PathLike, **settings: Any) -> RenderResult:
+    """Render `stage` to the image `output`; settings as in `weaveusd.render.run.render`."""
+    from weaveusd.render.run import render
+
+    return render(stage, output, **settings)
+
+
+def validate(stage: PathLike, *, progress: Progress | None = None) -> Report:
+    """Return what every check finds in the asset whose entry layer is `stage`."""
+    from weaveusd.validate.run import validate
+
+    return validate(stage, progress=progress)
+
+
+def report_text(report: Report) -> str:
+    """Return the report as plain text, worst finding first."""
+    from weaveusd.validate.text import as_text
+
+    return as_text(report)
+
+
+def presets(name: str | None = None) -> list[dict[str, Any]]:
+    """Return every preset, or the one of that name, as JSON types with all their numbers.
+
+    Angles are in radians. Raises InputError for a name that is none.
+    """
+    from dataclasses import asdict
+
+    from weaveusd.yarn.recipe import preset_names, read_preset
+
+    return [asdict(read_preset(n)) for n in (preset_names() if name is None else (name,))]
+
+
+def environment() -> dict[str, str]:
+    """Return the environment variables that let other USD programs know the schema."""
+    from weaveusd.stage import schema_dir
+
+    return {"PXR_PLUGINPATH_NAME": str(schema_dir() / "weaveCloth")}
+
+
+def _check_bounds(what: str, value: int, low: int, high: int) -> None:
+    if not low <= value <= high:
+        raise InputError(f"{what}: found {value}, expected {low} to {high}")
