@@ -1,6 +1,6 @@
 """The whole road once: two drafts become assets, and the assets pictures.
 
-    python examples/demo.py FOLDER
+python examples/demo.py FOLDER
 """
 
 from __future__ import annotations

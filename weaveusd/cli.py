@@ -250,7 +250,7 @@ cli_draft.register(app)
 def _fail(message: str, error: BaseException, status: int, *, debug: bool) -> int:
     if debug:
         traceback.print_exception(error, file=sys.stderr)
-    print(f"weaveusd: {' '.join(message.splitlines())}", file=sys.stderr)
+    sys.stderr.write(f"weaveusd: {' '.join(message.splitlines())}\n")
     return status
 
 

@@ -1,0 +1,5 @@
+"""`python -m weaveusd` is the command line."""
+
+from weaveusd.cli import main
+
+main()
