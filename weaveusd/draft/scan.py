@@ -67,7 +67,7 @@ class Scan:
         """The warnings in order of line, and last the number of those not kept."""
         said = sorted(self._warnings, key=lambda w: w.line)
         if self._unsaid:
-            said.append(DraftWarning(0, f"{self._unsaid} more warnings of this kind"))
+            said.append(DraftWarning(0, f"{self._unsaid} more warnings"))
         return tuple(said)
 
     def error(self, line: int, message: str) -> DraftError:
