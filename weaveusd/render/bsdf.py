@@ -269,7 +269,8 @@ def _plugin_class(variant: str) -> type:
                 callback.put(name, self.cloth.optics[name], smooth)
 
         def parameters_changed(self, keys: list[str]) -> None:
-            self.cloth.texture.set_tensor(self.cloth.texture.tensor())
+            if not keys or "packed" in keys:
+                self.cloth.texture.update_inplace()
 
         def to_string(self) -> str:
             height, width, _ = self.cloth.texture.tensor().shape

@@ -125,7 +125,7 @@ def smooth_normals(points: Doubles, triangles: Triangles, indices: Indices) -> D
 
 def _area_vector(polygons: Doubles) -> Doubles:
     """Return twice the area of polygons (..., n, 3) as a vector along their normal."""
-    return np.cross(polygons, np.roll(polygons, -1, axis=-2)).sum(axis=-2)
+    return np.asarray(np.cross(polygons, np.roll(polygons, -1, axis=-2)).sum(axis=-2))
 
 
 def _convex(polygons: Doubles) -> NDArray[np.bool_]:

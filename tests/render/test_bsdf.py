@@ -1,0 +1,318 @@
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.render.cloths import PRESETS, direction, optics, plain_arrays, with_gaps
+from weaveusd import contract
+
+FRAMES = {
+    "flat": ((0, 0, 1), (0, 1, 0)),
+    "tilted": ((0.5, -0.3, 0.8), (0.2, 1, 0.3)),
+    "steep": ((0.9, 0.1, 0.35), (0.1, 1, -0.2)),
+}
+ANGLES = ((0, 0), (30, 40), (60, 100), (80, 200), (88, -30))
+
+
+def cloth(arrays: Any, inputs: Any, uv_scale: tuple[float, float] = (1.0, 1.0)) -> Any:
+    import mitsuba as mi
+
+    from weaveusd.render.bsdf import cloth_bsdf_dict
+
+    return mi.load_dict(cloth_bsdf_dict(arrays, inputs, uv_scale), parallel=False)
+
+
+def interaction(mi: Any, wi: Any, count: int = 1, uv: Any = (0.5, 0.5)) -> Any:
+    import drjit as dr
+
+    si = dr.zeros(mi.SurfaceInteraction3f, count)
+    si.wi = mi.Vector3f(*wi)
+    si.uv = mi.Point2f(*uv)
+    si.sh_frame = mi.Frame3f(mi.Vector3f(0, 0, 1))
+    si.sh_frame.s, si.sh_frame.t = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)
+    si.dp_du, si.dp_dv = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)
+    return si
+
+
+def chi_square(mi: Any, bsdf: Any, wi: Any, samples: int = 200_000) -> Any:
+    """Mitsuba's chi² test of a BSDF that is made once."""
+    import drjit as dr
+    from mitsuba.chi2 import ChiSquareTest, SphericalDomain
+
+    context = mi.BSDFContext()
+
+    def sample(point: Any) -> tuple[Any, Any]:
+        si = interaction(mi, wi, dr.width(point))
+        bs, weight = bsdf.sample(context, si, point[0], mi.Vector2f(point[1], point[2]))
+        return bs.wo, dr.select(dr.all(weight == 0), mi.Float(0), mi.Float(1))
+
+    def pdf(wo: Any) -> Any:
+        return bsdf.pdf(context, interaction(mi, wi, dr.width(wo)), wo)
+
+    return ChiSquareTest(
+        domain=SphericalDomain(),
+        sample_func=sample,
+        pdf_func=pdf,
+        sample_dim=3,
+        sample_count=samples,
+        res=101,
+        ires=16,
+    )
+
+
+def assert_sampled_as_told(mi: Any, bsdf: Any, wi: Any, trials: int, whole: bool) -> None:
+    test = chi_square(mi, bsdf, wi)
+    accepted = test.run(significance_level=0.01, test_count=trials)
+    assert accepted, test.messages
+    total = float(np.array(test.pdf_sum)[0])
+    assert total <= 1.005
+    if whole:
+        assert total == pytest.approx(1, abs=0.01)
+
+
+@pytest.mark.parametrize("preset", list(PRESETS))
+@pytest.mark.parametrize("tau", [0.0, 0.3])
+@pytest.mark.parametrize("frame", list(FRAMES))
+def test_samples_follow_their_density(
+    mi: Any, preset: str, tau: float, frame: str
+) -> None:
+    trials = len(PRESETS) * 2 * len(FRAMES) * len(ANGLES)
+    bsdf = cloth(plain_arrays(*FRAMES[frame]), optics(preset, tau=tau))
+    for angle in (*ANGLES, (150, 70)):
+        # From behind the surface the sampled and the told side must still be the same.
+        assert_sampled_as_told(mi, bsdf, direction(*angle), trials, frame == "flat")
+
+
+def test_value_density_and_sample_agree(mi: Any) -> None:
+    bsdf = cloth(plain_arrays(*FRAMES["tilted"]), optics("linen", tau=0.3))
+    context, count = mi.BSDFContext(), 4096
+    si = interaction(mi, direction(40, 20), count)
+    rng = mi.PCG32(size=count)
+    bs, weight = bsdf.sample(
+        context, si, rng.next_float32(), mi.Point2f(rng.next_float32(), rng.next_float32())
+    )
+    value, pdf = bsdf.eval_pdf(context, si, bs.wo)
+    live = np.array(bs.pdf) > 0
+    np.testing.assert_allclose(np.array(pdf)[live], np.array(bs.pdf)[live], rtol=2e-3)
+    expected = np.array(value)[:, live] / np.array(pdf)[live]
+    np.testing.assert_allclose(np.array(weight)[:, live], expected, rtol=2e-3)
+    assert not np.array(weight)[:, ~live].any()
+    np.testing.assert_array_equal(np.array(bsdf.eval(context, si, bs.wo)), np.array(value))
+    np.testing.assert_array_equal(np.array(bsdf.pdf(context, si, bs.wo)), np.array(pdf))
+
+
+def test_no_light_crosses_where_yarn_and_cloth_disagree_on_the_side(mi: Any) -> None:
+    bsdf = cloth(plain_arrays(*FRAMES["steep"]), optics("linen", tau=0.3))
+    context, wi = mi.BSDFContext(), direction(20, 0)
+    normal = plain_arrays(*FRAMES["steep"])["normal"][0, 0]
+    rng = np.random.default_rng(1)
+    wo = rng.normal(size=(4096, 3))
+    wo /= np.linalg.norm(wo, axis=1, keepdims=True)
+    disagree = ((wo @ normal) * (normal @ wi) > 0) != (wo[:, 2] * wi[2] > 0)
+    assert 100 < disagree.sum() < 4000
+    value, pdf = bsdf.eval_pdf(
+        context, interaction(mi, wi, 4096), mi.Vector3f(wo.T.astype(np.float32))
+    )
+    np.testing.assert_array_equal(np.array(pdf) == 0, disagree)
+    np.testing.assert_array_equal(np.array(value).max(axis=0) == 0, disagree)
+
+
+def test_a_gap_lets_light_pass_straight(mi: Any) -> None:
+    arrays = plain_arrays(size=4)
+    gaps = np.zeros((4, 4), bool)
+    gaps[0, 0] = True
+    bsdf = cloth(with_gaps(arrays, gaps), optics("linen"))
+    context, wi = mi.BSDFContext(), direction(30, 10)
+    si = interaction(mi, wi, uv=(0.1, 0.1))
+    bs, weight = bsdf.sample(context, si, mi.Float(0.3), mi.Point2f(0.2, 0.7))
+    np.testing.assert_allclose(np.array(bs.wo).ravel(), -np.array(wi), rtol=1e-6)
+    np.testing.assert_allclose(np.array(weight), 1)
+    assert bool(mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)[0])
+    assert not np.array(bsdf.pdf(context, si, mi.Vector3f(0, 0, 1))).any()
+    assert np.array(bsdf.eval_null_transmission(si)).ravel() == pytest.approx([1, 1, 1])
+    covered = interaction(mi, wi, uv=(0.6, 0.6))
+    assert not np.array(bsdf.eval_null_transmission(covered)).any()
+
+
+def test_a_half_covered_texel_splits_its_samples(mi: Any) -> None:
+    arrays = plain_arrays()
+    arrays["opacity"][...] = 0.25
+    bsdf, whole = cloth(arrays, optics("linen")), cloth(plain_arrays(), optics("linen"))
+    context, count = mi.BSDFContext(), 1 << 14
+    si = interaction(mi, direction(30, 10), count)
+    rng = mi.PCG32(size=count)
+    bs, weight = bsdf.sample(
+        context, si, rng.next_float32(), mi.Point2f(rng.next_float32(), rng.next_float32())
+    )
+    null = np.array(mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null))
+    assert null.mean() == pytest.approx(0.75, abs=0.02)
+    assert np.array(weight)[:, null] == pytest.approx(np.ones((3, null.sum())))
+    wo = mi.Vector3f(*direction(20, 80))
+    part, full = (np.array(b.eval(context, si, wo)) for b in (bsdf, whole))
+    np.testing.assert_allclose(part, 0.25 * full, rtol=1e-5)
+
+
+def test_disabled_components_are_neither_valued_nor_sampled(mi: Any) -> None:
+    from weaveusd.render.bsdf import NULL, REFLECTION, TRANSMISSION
+
+    arrays = plain_arrays()
+    arrays["opacity"][...] = 0.5
+    bsdf = cloth(arrays, optics("linen", tau=0.5))
+    si = interaction(mi, direction(30, 10))
+    above, below = (mi.Vector3f(*direction(a, 80)) for a in (20, 160))
+    expected = {REFLECTION: (True, False), TRANSMISSION: (False, True), NULL: (False, False)}
+    assert bsdf.component_count() == len(expected)
+    for component, (up, down) in expected.items():
+        context = mi.BSDFContext()
+        context.component = component
+        assert np.array(bsdf.eval(context, si, above)).any() == up
+        assert np.array(bsdf.pdf(context, si, below)).any() == down
+        bs, _ = bsdf.sample(context, si, mi.Float(0.9), mi.Point2f(0.3, 0.4))
+        null = bool(mi.has_flag(bs.sampled_type, mi.BSDFFlags.Null)[0])
+        assert null == (component == NULL)
+
+
+@pytest.mark.parametrize(("preset", "surface"), [("linen", 0.1902), ("velvet", 0.2635)])
+def test_color_and_surface_lobe_share_the_whole_albedo(
+    mi: Any, preset: str, surface: float
+) -> None:
+    # N_V gives the volume what the surface lobe leaves at its brightest: 1 − max E_R.
+    arrays, inputs = plain_arrays(color=1.0), optics(preset, k_s=0.0)
+    found = [albedo(mi, arrays, inputs, (angle, 90)) for angle in range(0, 90, 5)]
+    assert max(found) == pytest.approx(1 - surface, abs=0.01)
+
+
+@pytest.mark.parametrize("preset", list(PRESETS))
+def test_a_white_cloth_in_a_white_world_never_glows(mi: Any, preset: str) -> None:
+    arrays = plain_arrays(*FRAMES["tilted"], color=1.0)
+    for angle in ((0, 0), (60, 100), (88, -30)):
+        assert albedo(mi, arrays, optics(preset, tau=0.3), angle) <= 1.01
+
+
+def albedo(mi: Any, arrays: Any, inputs: Any, angle: tuple[float, float]) -> float:
+    bsdf, count = cloth(arrays, inputs), 1 << 16
+    rng = mi.PCG32(size=count)
+    _, weight = bsdf.sample(
+        mi.BSDFContext(), interaction(mi, direction(*angle), count), rng.next_float32(),
+        mi.Point2f(rng.next_float32(), rng.next_float32()),
+    )  # fmt: skip
+    return float(np.array(weight)[1].mean())
+
+
+def test_texels_are_found_where_uv_says(mi: Any) -> None:
+    # Row 0 lies at v = 0, column 0 at u = 0; nearest, and periodic both ways.
+    arrays = plain_arrays(size=2)
+    arrays["base_color"][..., 0] = ((0.1, 0.2), (0.3, 0.4))
+    bsdf = cloth(arrays, optics("linen"), uv_scale=(2.0, 4.0))
+    u = np.array((0.01, 0.26, 0.01, 0.26, 0.51, -0.01), np.float32)
+    v = np.array((0.01, 0.01, 0.13, 0.13, 0.26, -0.01), np.float32)
+    si = interaction(mi, (0, 0, 1), 6)
+    si.uv = mi.Point2f(u, v)
+    red = np.array(bsdf.eval_diffuse_reflectance(si))[0]
+    assert red == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.1, 0.4])
+
+
+def test_a_mirrored_texture_mirrors_the_yarn(mi: Any) -> None:
+    bsdf = cloth(plain_arrays(*FRAMES["tilted"]), optics("shot warp"))
+    wi, wo = np.array(direction(30, 40)), np.array(direction(50, 190))
+    straight = bsdf.eval(mi.BSDFContext(), interaction(mi, wi.tolist()), mi.Vector3f(*wo.tolist()))
+    flip = np.array((1, -1, 1))
+    si = interaction(mi, (wi * flip).tolist())
+    si.dp_dv = mi.Vector3f(0, -1, 0)
+    mirrored = bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(*(wo * flip).tolist()))
+    np.testing.assert_allclose(np.array(mirrored), np.array(straight), rtol=1e-5)
+
+
+def test_every_yarn_has_its_own_optics(mi: Any) -> None:
+    arrays = plain_arrays(size=2)
+    arrays["yarn_id"][..., 0] = ((0, 1), (2, 1))
+    names = ("linen", "shot warp", "velvet")
+    bsdf = cloth(arrays, optics(*names))
+    wi, wo = direction(30, 40), mi.Vector3f(*direction(50, 190))
+    for k, uv in enumerate(((0.2, 0.2), (0.7, 0.2), (0.2, 0.7))):
+        alone = cloth(plain_arrays(), optics(names[k]))
+        expected = alone.eval(mi.BSDFContext(), interaction(mi, wi), wo)
+        found = bsdf.eval(mi.BSDFContext(), interaction(mi, wi, uv=uv), wo)
+        np.testing.assert_allclose(np.array(found), np.array(expected), rtol=1e-5)
+
+
+def test_parameters_can_be_changed_and_differentiated(mi: Any) -> None:
+    import drjit as dr
+
+    bsdf = cloth(plain_arrays(), optics("linen"))
+    parameters = mi.traverse(bsdf)
+    assert set(parameters.keys()) == {"packed", *contract.SHADER_YARN_INPUTS}
+    si, wo = interaction(mi, direction(30, 40)), mi.Vector3f(*direction(30, 220))
+
+    def value() -> Any:
+        return bsdf.eval(mi.BSDFContext(), si, wo).x
+
+    parameters["k_s"] = mi.Float(0.5)
+    parameters.update()
+    before = np.array(value())[0]
+    dr.enable_grad(parameters["k_s"])
+    dr.enable_grad(parameters["packed"])
+    parameters.update()
+    dr.backward(value())
+    slope = np.array(dr.grad(parameters["k_s"]))[0]
+    texels = np.array(dr.grad(parameters["packed"]))
+    assert texels.shape == (1, 1, 12)
+    assert texels[0, 0, 6] > 0  # a brighter yarn reflects more
+    dr.disable_grad(parameters["k_s"])
+    parameters["k_s"] = mi.Float(0.6)
+    parameters.update()
+    assert (np.array(value())[0] - before) / 0.1 == pytest.approx(slope, rel=1e-2)
+
+
+def test_a_cloth_without_its_yarns_is_refused(mi: Any) -> None:
+    arrays = plain_arrays()
+    arrays["yarn_id"][...] = 3
+    with pytest.raises(ValueError, match="yarn_id: names yarn 3, but the shader describes 1"):
+        cloth(arrays, optics("linen"))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("eta", [0.5], "eta: is 0.5, expected 1 to 3"),
+        ("tau", [0.1, 0.2], "tau: has 2 values, but eta has 1"),
+        ("gamma_s", [float("nan")], "gamma_s: is nan"),
+    ],
+)
+def test_optics_out_of_range_are_refused(mi: Any, name: str, value: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        cloth(plain_arrays(), optics("linen") | {name: value})
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "message"),
+    [
+        ("normal", lambda a: a[..., :2], "normal: has shape"),
+        ("tangent", lambda a: a * np.nan, "tangent: holds a value that is no finite number"),
+        ("base_color", lambda a: a - 1, "base_color: leaves the range"),
+        ("opacity", lambda a: a + 1, "opacity: leaves the range"),
+        ("opacity", lambda a: np.tile(a, (2, 1, 1)), "opacity: is 1 x 2 texels"),
+    ],
+)
+def test_broken_channels_are_refused(mi: Any, name: str, change: Any, message: str) -> None:
+    arrays = plain_arrays()
+    arrays[name] = change(arrays[name])
+    with pytest.raises(ValueError, match=message):
+        cloth(arrays, optics("linen"))
+
+
+def test_packing_mends_vectors_and_counts_them() -> None:
+    from weaveusd.render.packing import NORMAL, TANGENT, pack
+
+    arrays = plain_arrays(size=2)
+    arrays["normal"][0, 0] = 0
+    arrays["tangent"][0, 1] = (0, 0, 1)
+    arrays["normal"][1, 0] *= 3
+    packed, mended = pack(arrays, 1)
+    normal, tangent = packed[..., NORMAL : NORMAL + 3], packed[..., TANGENT : TANGENT + 3]
+    assert mended == 2
+    np.testing.assert_allclose(np.linalg.norm(normal, axis=-1), 1, rtol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(tangent, axis=-1), 1, rtol=1e-6)
+    np.testing.assert_allclose(np.sum(normal * tangent, axis=-1), 0, atol=1e-6)
