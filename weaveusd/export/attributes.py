@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from weaveusd.cloth import measures
 from weaveusd.contract import DRAFT_FILE
-from weaveusd.export import figures
 from weaveusd.export.names import instance_names
 
 if TYPE_CHECKING:
@@ -39,15 +39,15 @@ def cloth_values(material: ClothMaterial, cover: float) -> dict[str, Value]:
         "ends": weave.ends,
         "picks": weave.picks,
         "shafts": source.shafts,
-        "longestFloat": figures.longest_float(weave.warp_up),
+        "longestFloat": measures.longest_float(weave.warp_up),
         "endsPerCm": tidy(weave.ends / width * 10),
         "picksPerCm": tidy(weave.picks / height * 10),
         "repeatWidth": tidy(width),
         "repeatHeight": tidy(height),
-        "thickness": tidy(figures.thickness_mm(weave)),
-        "arealDensity": tidy(figures.areal_density_g_m2(weave)),
-        "warpCover": tidy(figures.warp_cover(weave)),
-        "weftCover": tidy(figures.weft_cover(weave)),
+        "thickness": tidy(measures.thickness_mm(weave)),
+        "arealDensity": tidy(measures.areal_density_g_m2(weave)),
+        "warpCover": tidy(measures.warp_cover(weave)),
+        "weftCover": tidy(measures.weft_cover(weave)),
         "cover": tidy(cover),
         "textureWidth": textures.width,
         "textureHeight": textures.height,
@@ -59,7 +59,7 @@ def yarn_values(material: ClothMaterial) -> dict[str, dict[str, Value]]:
     """Return the value of each of `contract.YARN_ATTRIBUTES`, by instance name and name."""
     yarns = material.weave.yarns
     names = instance_names(yarn.name for yarn in yarns)
-    crimps = figures.crimps(material.weave)
+    crimps = measures.crimps(material.weave)
     result: dict[str, dict[str, Value]] = {}
     for index, (name, yarn) in enumerate(zip(names, yarns, strict=True)):
         red, green, blue = yarn.color
