@@ -335,13 +335,13 @@ def fibres_turned_in_the_surface(channels: Channels) -> None:
     channels["tangent"][...] = np.cross(channels["normal"], channels["tangent"])
 
 
-@in_channels("tile-seam")
+@in_channels("tile-seam", "tile-cut")
 def three_rows_cut_off(channels: Channels) -> None:
     for name, values in channels.items():
         channels[name] = values[:-3]
 
 
-@in_channels("tile-seam")
+@in_channels("tile-seam", "tile-cut")
 def three_columns_cut_off(channels: Channels) -> None:
     for name, values in channels.items():
         channels[name] = values[:, :-3]

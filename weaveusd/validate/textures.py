@@ -58,10 +58,14 @@ class Band:
 
     def vectors(self, file: str) -> Floats32:
         """Return the texels of a vector texture as (rows, width, 3) components, -1…1."""
-        stored = self.pixels[file]
-        if stored.dtype == np.uint16:
-            return stored.astype(np.float32) / np.float32(VECTOR_PNG_LEVELS / 2) - np.float32(1)
-        return stored.astype(np.float32)
+        return decode_vectors(self.pixels[file])
+
+
+def decode_vectors(stored: Pixels) -> Floats32:
+    """Return the components, -1…1, of vectors as 16-bit PNGs or EXRs store them."""
+    if stored.dtype == np.uint16:
+        return stored.astype(np.float32) / np.float32(VECTOR_PNG_LEVELS / 2) - np.float32(1)
+    return stored.astype(np.float32)
 
 
 class TextureFolder:

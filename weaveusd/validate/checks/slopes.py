@@ -31,6 +31,9 @@ FLAT = 1e-3
 AGREEMENT = 0.5
 """Least correlation: 1 for true normals, -1 for a flipped axis, 0 for exchanged ones."""
 
+FEWEST = 0.02
+"""Least share of texels, two or more away from the border of their yarn, that is judged."""
+
 
 @check(
     id="texture/slopes",
@@ -47,14 +50,15 @@ def slopes(asset: OpenAsset) -> Iterator[Finding]:
         return
     texel_mm = repeat[0] / header.width, repeat[1] / header.height
     sums = np.zeros((2, 3))
-    texels = 0
+    texels, judged = 0, np.zeros(2)
     for band in asset.textures.bands("height.exr", "normal.exr", "yarn_id.png"):
         for axis, (expected, found) in enumerate(_pairs(band, texel_mm)):
             sums[axis] += expected @ expected, found @ found, expected @ found
+            judged[axis] += len(expected)
         texels += band.pixels["yarn_id.png"].size
     for axis, name in enumerate("xy"):
         from_height, from_normal, both = sums[axis]
-        if from_height < FLAT**2 * texels:
+        if judged[axis] < FEWEST * texels or from_height < FLAT**2 * judged[axis]:
             continue
         correlation = both / max(np.sqrt(from_height * from_normal), np.finfo(float).tiny)
         if correlation < AGREEMENT:
@@ -68,24 +72,23 @@ def slopes(asset: OpenAsset) -> Iterator[Finding]:
 def _pairs(band: Band, texel_mm: tuple[float, float]) -> Iterator[tuple[Floats32, Floats32]]:
     """Yield the slopes along x, then y, of the heights and as the normals have them.
 
-    Only texels inside a yarn count, away from its borders.
+    Only texels that have two of their own yarn on either side count.
     """
     height = band.pixels["height.exr"][..., 0].astype(np.float32)
     ids = band.pixels["yarn_id.png"][..., 0]
     normal = band.vectors("normal.exr")
     for axis, step in ((1, texel_mm[0]), (0, -texel_mm[1])):  # image rows run against y
-        before, here, after = _neighbors(axis)
+        before2, before, here, after, after2 = _neighbors(axis)
         expected = (height[after] - height[before]) / np.float32(2 * step)
         lean, up = normal[here][..., 1 - axis], normal[here][..., 2]
-        inside = (ids[before] == ids[here]) & (ids[here] == ids[after]) & (ids[here] > 0)
-        inside &= (np.abs(lean) < STEEPEST * up) & (np.abs(expected) < STEEPEST)
+        inside = (np.abs(lean) < STEEPEST * up) & (np.abs(expected) < STEEPEST) & (ids[here] > 0)
+        for place in (before2, before, after, after2):
+            inside &= ids[place] == ids[here]
         found = -lean[inside] / up[inside]
         yield expected[inside], found
 
 
-def _neighbors(axis: int) -> tuple[tuple[slice, ...], tuple[slice, ...], tuple[slice, ...]]:
-    """Return the indices of the texels before, at and after each inner texel of `axis`."""
-    cuts = slice(None, -2), slice(1, -1), slice(2, None)
-    if axis == 0:
-        return (cuts[0],), (cuts[1],), (cuts[2],)
-    return (slice(None), cuts[0]), (slice(None), cuts[1]), (slice(None), cuts[2])
+def _neighbors(axis: int) -> list[tuple[slice, ...]]:
+    """Return the indices of the texels -2, -1, 0, 1 and 2 from each inner texel of `axis`."""
+    cuts = [slice(start, stop) for start, stop in enumerate((-4, -3, -2, -1, None))]
+    return [(cut,) if axis == 0 else (slice(None), cut) for cut in cuts]
