@@ -1,0 +1,192 @@
+"""The whole road: drafts become assets that can be moved, opened, read and rendered."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import weaveusd
+from weaveusd import contract, pipeline
+from weaveusd.errors import RendererUnavailableError
+
+ROOT = Path(__file__).parents[1]
+DRAFTS = ROOT / "examples" / "drafts"
+CORPUS = ROOT.parent / "shared" / "corpus"
+TWILL = DRAFTS / "twill_2_2.wif"
+
+
+def drafts() -> list[Path]:
+    ours = sorted(DRAFTS.glob("*.wif"))
+    theirs = [CORPUS / f"ThunderLoom__{n}.wif" for n in ("8452", "16")]
+    return ours + [p for p in theirs if p.is_file()]
+
+
+@pytest.mark.parametrize("draft", drafts(), ids=lambda p: p.stem)
+@pytest.mark.parametrize("preset", ["linen", "silk"])
+def test_a_draft_is_published_without_a_fault_and_survives_a_move(
+    draft, preset, tmp_path, monkeypatch
+):
+    done = weaveusd.publish(draft, preset=preset, root=tmp_path / "root", resolution=256)
+    assert done.asset.status == "published"
+    assert done.findings == []
+
+    moved = tmp_path / "elsewhere"
+    shutil.move(done.asset.folder, moved)
+    (tmp_path / "cwd").mkdir()
+    monkeypatch.chdir(tmp_path / "cwd")
+    report = weaveusd.validate(moved / done.asset.entry.name)
+    assert report.passed
+    assert {f.status.name for f in report.findings} <= {"PASS", "SKIP"}
+    usd = [f for f in report.findings if f.check.startswith("usd/")]
+    assert usd
+    assert all(f.status.name == "PASS" for f in usd)
+
+
+def test_a_reader_without_our_schema_sees_every_value(tmp_path):
+    done = weaveusd.publish(TWILL, preset="wool", root=tmp_path, resolution=64)
+    script = textwrap.dedent(
+        f"""
+        from pxr import Usd, UsdShade
+        stage = Usd.Stage.Open({str(done.asset.entry)!r})
+        prim = stage.GetPrimAtPath({done.asset.material!r})
+        assert not Usd.SchemaRegistry().FindAppliedAPIPrimDefinition("WeaveClothAPI")
+        print(prim.GetPrimTypeInfo().GetAppliedAPISchemas())
+        for attribute in prim.GetAttributes():
+            if attribute.GetName().startswith("weave:"):
+                assert attribute.HasAuthoredValue(), attribute
+                print(attribute.GetName(), attribute.Get())
+        """
+    )
+    out = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    ).stdout
+    for attribute in contract.CLOTH_ATTRIBUTES:
+        assert f"{contract.CLOTH_NAMESPACE}:{attribute.name} " in out
+    for attribute in contract.YARN_ATTRIBUTES:
+        assert f"{contract.YARN_NAMESPACE}:warp_1:{attribute.name} " in out
+    assert contract.CLOTH_API in out
+    assert f"{contract.YARN_API}:warp_1" in out
+
+
+def test_with_our_schema_the_attributes_are_documented(tmp_path):
+    from weaveusd.stage import open_stage
+
+    done = weaveusd.publish(TWILL, preset="wool", root=tmp_path, resolution=64)
+    stage = open_stage(done.asset.entry)
+    prim = stage.GetPrimAtPath(done.asset.material)
+    assert prim.HasAPI(contract.CLOTH_API)
+    sett = prim.GetAttribute("weave:endsPerCm")
+    assert "1/cm" in sett.GetDocumentation()
+    assert sett.Get() == pytest.approx(26.8)
+
+
+def test_personal_fields_of_a_draft_stay_out_of_the_asset(tmp_path):
+    draft = tmp_path / "private.wif"
+    secrets = b"Author=Ada\nAddress=1 Loom Street\nEMail=ada@example.org\nTelephone=5550199\n"
+    head, mark, tail = TWILL.read_bytes().partition(b"[TEXT]")
+    draft.write_bytes(
+        head + mark + b"\n" + secrets + tail if mark else head + b"[TEXT]\n" + secrets
+    )
+    done = weaveusd.publish(draft, preset="linen", root=tmp_path / "root", resolution=64)
+    everything = b"".join(
+        p.read_bytes() for p in sorted(done.asset.folder.rglob("*")) if p.is_file()
+    )
+    for secret in (b"Loom Street", b"ada@example.org", b"5550199"):
+        assert secret not in everything
+
+
+STAGE = """#usda 1.0
+(
+    upAxis = "Y"
+    metersPerUnit = 1
+)
+def Scope "Cloth" ( references = @{entry}@ ) {{ }}
+def Mesh "Sheet" ( prepend apiSchemas = ["MaterialBindingAPI"] )
+{{
+    rel material:binding = </Cloth/Material>
+    uniform token subdivisionScheme = "none"
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(-.004, -.004, 0), (.004, -.004, 0), (.004, .004, 0), (-.004, .004, 0)]
+    texCoord2f[] primvars:st = [(0, 0), (.008, 0), (.008, .008), (0, .008)] (
+        interpolation = "vertex" )
+}}
+def Camera "Eye" {{
+    float focalLength = 50
+    float horizontalAperture = 20
+    float verticalAperture = 20
+    float2 clippingRange = (.001, 10)
+    double3 xformOp:translate = (.006, 0, .017)
+    float3 xformOp:rotateXYZ = (0, 19.44, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate", "xformOp:rotateXYZ"]
+}}
+def DistantLight "Sun" {{
+    float inputs:intensity = 2
+    float3 xformOp:rotateXYZ = (-25, -20, 0)
+    uniform token[] xformOpOrder = ["xformOp:rotateXYZ"]
+}}
+def DomeLight "Sky" {{
+    float inputs:intensity = 0.3
+}}
+"""
+
+
+@pytest.mark.parametrize("preset", ["linen", pytest.param("silk", marks=pytest.mark.slow)])
+def test_the_published_stage_looks_like_the_material_in_memory(preset, tmp_path, monkeypatch):
+    """Two-sample z-test over pixels: the pictures differ by noise and nothing else."""
+    from weaveusd.render import variant
+    from weaveusd.yarn.recipe import read_preset
+
+    try:
+        variant.prepare()
+    except RendererUnavailableError as error:
+        pytest.skip(str(error))
+    done = weaveusd.publish(TWILL, preset=preset, root=tmp_path, resolution=256)
+    stage = tmp_path / "stage.usda"
+    stage.write_text(STAGE.format(entry=f"./{done.asset.entry.relative_to(tmp_path)}"))
+
+    def pictures(first_seed: int, count: int = 8) -> np.ndarray:
+        return np.stack(
+            [
+                weaveusd.render(stage, width=24, height=24, spp=64, seed=first_seed + k).image
+                for k in range(count)
+            ]
+        )
+
+    published = pictures(100)
+
+    material = pipeline.make_material(
+        TWILL, read_preset(preset), done.asset.asset, resolution=256, seed=0
+    )
+    optics = [yarn.optics for yarn in material.weave.yarns]
+    inputs = {
+        name: [getattr(o, name) for o in optics]
+        for name in contract.SHADER_YARN_INPUTS
+        if name != "normalization"
+    }
+    inputs["normalization"] = list(material.normalization)
+    scale = tuple(1000 / mm for mm in material.weave.repeat_mm)
+    from weaveusd.render.bsdf import cloth_bsdf_dict
+
+    in_memory = cloth_bsdf_dict(material.textures.whole(), inputs, scale)
+    monkeypatch.setattr(
+        "weaveusd.render.cloth.translate", lambda shader, time, losses: (in_memory, "st")
+    )
+    remembered = pictures(500)
+
+    difference = published.mean(0, dtype=float) - remembered.mean(0, dtype=float)
+    variance = published.var(0, ddof=1, dtype=float) + remembered.var(0, ddof=1, dtype=float)
+    assert (variance > 0).all()
+    z = difference / np.sqrt(variance / len(published))
+    overall = difference.mean() / np.sqrt(variance.mean() / len(published) / difference.size)
+    assert abs(overall) < 4
+    # Student's t with about 14 degrees of freedom has a standard deviation of 1.08.
+    assert 0.9 < z.std() < 1.25
+    assert np.abs(z.mean()) < 4 * 1.08 / np.sqrt(z.size / 3)  # the colors of a pixel are one
+    assert published.mean() > 0.02
