@@ -350,6 +350,16 @@ def three_columns_cut_off(channels: Channels) -> None:
 in_text("another_weave", LOOK, "weave:drawdownSha256 = \"1", "weave:drawdownSha256 = \"2",
         "drawdown-disagrees")  # fmt: skip
 
+in_text("another_colorway", LOOK, "weave:yarn:ecru:color = (0.6, 0.5, 0.4)",
+        "weave:yarn:ecru:color = (0.6, 0.5, 0.9)", "color-disagrees")  # fmt: skip
+in_text("another_cover", LOOK, "weave:cover = 0.875", "weave:cover = 0.9", "cover-disagrees")
+
+
+@in_channels("color-disagrees", "color-misplaced")
+def colors_shifted_by_three_rows(channels: Channels) -> None:
+    channels["base_color"] = np.roll(channels["base_color"], 3, axis=0)
+
+
 # --- The manifest ---------------------------------------------------------------------------------
 
 

@@ -25,12 +25,15 @@ from weaveusd.validate.checks import (  # noqa: I001
     fibres,
     tiles,
     drawdown,
+    yarn_colors,
+    cover,
     manifest,
 )
 
 __all__ = [
     "cloth_attributes",
     "color_spaces",
+    "cover",
     "drawdown",
     "encodings",
     "fibres",
@@ -53,5 +56,6 @@ __all__ = [
     "unit_vectors",
     "usd",
     "yarn_attributes",
+    "yarn_colors",
     "yarn_ids",
 ]
