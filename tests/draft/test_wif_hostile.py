@@ -20,7 +20,7 @@ def test_a_tiny_file_that_claims_many_threads_is_refused_at_once(threads: int) -
     read(wif())
     tracemalloc.start()
     start = time.perf_counter()
-    with pytest.raises(DraftError, match="found .* threads"):
+    with pytest.raises(DraftError, match=r"found .* threads"):
         read(data)
     seconds = time.perf_counter() - start
     _, peak = tracemalloc.get_traced_memory()

@@ -71,5 +71,5 @@ def test_a_draft_too_large_for_a_wif_is_refused() -> None:
     up = np.random.default_rng(1).random((2500, 2500)) < 0.5
     threads = np.zeros(2500, np.int32)
     draft = from_drawdown(up, threads, threads, np.zeros((1, 3)))
-    with pytest.raises(DraftError, match="2500 ends, 2500 picks .* expected at most 8388608"):
+    with pytest.raises(DraftError, match=r"2500 ends, 2500 picks .* expected at most 8388608"):
         write_wif(draft)
