@@ -75,9 +75,7 @@ def assert_sampled_as_told(mi: Any, bsdf: Any, wi: Any, trials: int, whole: bool
 @pytest.mark.parametrize("preset", list(PRESETS))
 @pytest.mark.parametrize("tau", [0.0, 0.3])
 @pytest.mark.parametrize("frame", list(FRAMES))
-def test_samples_follow_their_density(
-    mi: Any, preset: str, tau: float, frame: str
-) -> None:
+def test_samples_follow_their_density(mi: Any, preset: str, tau: float, frame: str) -> None:
     trials = len(PRESETS) * 2 * len(FRAMES) * len(ANGLES)
     bsdf = cloth(plain_arrays(*FRAMES[frame]), optics(preset, tau=tau))
     for angle in (*ANGLES, (150, 70)):

@@ -50,8 +50,12 @@ def test_a_rect_light_is_as_bright_as_its_form_factor_says(
     stage.GetPrimAtPath("/World/Camera").GetAttribute("xformOp:translate").Set((0, 0, 2.5))
     # Four times the form factor of a corner at distance d: Lambert's formula for a rectangle.
     a, b = width / 2 / distance, height / 2 / distance
-    factor = 4 / (2 * np.pi) * sum(
-        x / np.sqrt(1 + x * x) * np.arctan(y / np.sqrt(1 + x * x)) for x, y in ((a, b), (b, a))
+    factor = (
+        4
+        / (2 * np.pi)
+        * sum(
+            x / np.sqrt(1 + x * x) * np.arctan(y / np.sqrt(1 + x * x)) for x, y in ((a, b), (b, a))
+        )
     )
     radiance = 3.0 * 2.0 / (width * height if normalize else 1)
     found, losses = irradiance(stage)
@@ -84,9 +88,7 @@ def test_a_disk_light_is_as_bright_as_its_form_factor_says(
 
 
 @pytest.mark.parametrize("normalize", [False, True])
-def test_a_sphere_light_obeys_the_inverse_square(
-    mi: Any, tmp_path: Path, normalize: bool
-) -> None:
+def test_a_sphere_light_obeys_the_inverse_square(mi: Any, tmp_path: Path, normalize: bool) -> None:
     stage = card(tmp_path)
     light = UsdLux.SphereLight.Define(stage, "/World/Light")
     light.AddTranslateOp().Set((0.0, 0.0, 20.0))
