@@ -84,7 +84,7 @@ def write_png8(path: Path, pixels: Bytes) -> None:
         out.write(pixels)
 
 
-def density(width: int, height: int, size_mm: tuple[float, float]) -> dict[str, str | float]:
+def density(width: int, height: int, size_mm: tuple[float, float]) -> dict[str, str | float | int]:
     """Return the metadata that state the physical size of an image, in pixels per inch."""
     x_per_inch = width / size_mm[0] * INCH_MM
     y_per_inch = height / size_mm[1] * INCH_MM
@@ -126,7 +126,7 @@ class ImageWriter:
         height: int,
         channels: int,
         dtype: str,
-        metadata: Mapping[str, str | float],
+        metadata: Mapping[str, str | float | int],
     ) -> None:
         spec = oiio.ImageSpec(width, height, channels, _FORMATS[dtype])
         for key, value in metadata.items():

@@ -48,30 +48,21 @@ def write_textures(
     WeaveusdError
         A file could not be written.
     """
-    size = density(textures.width, textures.height, textures.repeat_mm)
+    opaque = 0.0
     with ExitStack() as stack:
-        opaque = 0.0
-        writers: dict[str, list[tuple[Path, ImageWriter]]] = {}
-        for channel in CHANNELS.values():
-            for name in channel.files:
-                path = folder / name
-                writer = ImageWriter(
-                    path,
-                    textures.width,
-                    textures.height,
-                    channel.components,
-                    _stored_type(channel, path.suffix),
-                    {**size, **_tags(channel, path.suffix)},
-                )
-                stack.enter_context(writer)
-                writers.setdefault(channel.name, []).append((path, writer))
+        writers = [
+            (channel, name, stack.enter_context(_open(textures, channel, folder / name)))
+            for channel in CHANNELS.values()
+            for name in channel.files
+        ]
         for first, last in _bands(textures.width, textures.height):
             band = textures.band(first, last)
-            for name, files in writers.items():
-                rows = _checked(band, name, last - first, textures.width)[::-1]
-                for path, writer in files:
-                    writer.write(encode(CHANNELS[name], path.suffix, rows))
-            opaque += float(np.sum(band["opacity"], dtype=np.float64))
+            rows = {
+                name: _checked(band, name, last - first, textures.width)[::-1] for name in CHANNELS
+            }
+            for channel, name, writer in writers:
+                writer.write(encode(channel, Path(name).suffix, rows[channel.name]))
+            opaque += float(np.sum(rows["opacity"], dtype=np.float64))
             if progress is not None:
                 progress((textures.height - first) / textures.height)
     return opaque / (textures.width * textures.height)
@@ -113,21 +104,21 @@ def _srgb_decode(code: float) -> float:
 _SRGB_STEPS = np.array([_srgb_decode((k + 0.5) / 255) for k in range(255)], dtype=np.float32)
 
 
-def _stored_type(channel: Channel, suffix: str) -> str:
-    if suffix == ".exr":
-        return "float16"
-    return "uint16" if channel.encoding == "vector" else "uint8"
-
-
-def _tags(channel: Channel, suffix: str) -> dict[str, str]:
+def _open(textures: TextureSet, channel: Channel, path: Path) -> ImageWriter:
+    metadata = density(textures.width, textures.height, textures.repeat_mm)
+    if path.suffix == ".exr":
+        dtype, space = "float16", "lin_rec709"
+        metadata["wrapmodes"] = "periodic,periodic"
+    else:
+        dtype, space = "uint8", "srgb_rec709_scene"
     if channel.encoding != "color":
         space = "data"
-    else:
-        space = "lin_rec709" if suffix == ".exr" else "srgb_rec709_scene"
-    tags = {"oiio:ColorSpace": space}
-    if suffix == ".exr":
-        tags["wrapmodes"] = "periodic,periodic"
-    return tags
+    if channel.encoding == "vector" and path.suffix == ".png":
+        dtype = "uint16"
+        # The filter SUB: as small as libpng's own choice, in two thirds of the time.
+        metadata["png:filter"] = 0x10
+    metadata["oiio:ColorSpace"] = space
+    return ImageWriter(path, textures.width, textures.height, channel.components, dtype, metadata)
 
 
 def _bands(width: int, height: int) -> Iterator[tuple[int, int]]:
