@@ -137,6 +137,7 @@ def write_cloth(folder: Path, arrays: Any) -> None:
     for name in ("normal", "tangent", "base_color"):
         write_image(folder / f"{name}.exr", top_down[name])
     write_image(folder / "opacity.png", top_down["opacity"], oiio.UINT8)
+    write_image(folder / "height.exr", np.zeros_like(top_down["opacity"]))
     stored = (top_down["yarn_id"] - contract.GAP) / 255
     write_image(folder / "yarn_id.png", stored, oiio.UINT8)
 

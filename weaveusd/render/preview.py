@@ -112,7 +112,12 @@ class _Network:
             return bsdf
         # Normals are scaled and biased to -1…1 in USD; Mitsuba undoes 0…1 itself.
         encoded = self._bitmap(source, "normal", lambda pixels: pixels * 0.5 + 0.5)
-        return {"type": "normalmap", "normalmap": encoded, "bsdf": bsdf}
+        return {
+            "type": "normalmap",
+            "normalmap": encoded,
+            "use_shadowing_function": False,  # UsdPreviewSurface knows none
+            "bsdf": bsdf,
+        }
 
     def _opacity(self) -> Any | None:
         """Return the opacity where it is not 1 everywhere."""
