@@ -108,18 +108,19 @@ def float_lengths(rows: Bools) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     A run that leaves a row at its end goes on at its start; a row without change is one run of
     its whole length. Floats of the warp are runs in the columns of a drawdown.
     """
-    count, length = rows.shape
-    thread, start = np.nonzero(rows != np.roll(rows, 1, axis=1))
-    # The first change of a thread closes its last run, one length later.
-    first = np.searchsorted(thread, np.arange(count))
-    after = np.append(start[1:], 0)
-    last = np.append(thread[1:] != thread[:-1], True) if thread.size else np.zeros(0, bool)
-    after[: start.size][last] = start[first[thread[last]]] + length
-    run = after[: start.size] - start
-    value = rows[thread, start]
-    changing = np.zeros(count, dtype=np.bool_)
-    changing[thread] = True
-    still = rows[~changing, 0]
+    rows = np.ascontiguousarray(rows)
+    length = rows.shape[1]
+    changes = rows != np.roll(rows, 1, axis=1)
+    start = np.flatnonzero(changes)
+    run = np.empty_like(start)
+    np.subtract(start[1:], start[:-1], out=run[:-1])
+    # The last run of a row ends at its first change, one length later.
+    many = changes.sum(axis=1)
+    behind = np.cumsum(many)[many > 0]
+    first = behind - many[many > 0]
+    run[behind - 1] = start[first] + length - start[behind - 1]
+    value = rows.ravel()[start]
+    still = rows[many == 0, 0]
     whole = np.full(still.size, length)
     return (
         np.concatenate([run[value], whole[still]]),
@@ -139,8 +140,8 @@ def _longest(lengths: NDArray[np.intp]) -> int:
 
 
 def _histogram(lengths: NDArray[np.intp]) -> Histogram:
-    values, counts = np.unique(lengths, return_counts=True)
-    return dict(zip(values.tolist(), counts.tolist(), strict=True))
+    counts = np.bincount(lengths)
+    return {n: int(counts[n]) for n in np.flatnonzero(counts).tolist()}
 
 
 def _snags(system: str, longest: int, pitch_mm: NDArray[np.float64] | None) -> list[str]:

@@ -33,8 +33,9 @@ def structure_name(up: Bools) -> str | None:
 
 def _period(rows: Bools) -> int:
     """Return the least divisor p of the rows such that row r + p equals row r."""
-    _, kind = np.unique(np.packbits(rows, axis=1), axis=0, return_inverse=True)
-    kind = kind.ravel()
+    kinds: dict[bytes, int] = {}
+    packed = np.packbits(rows, axis=1)
+    kind = np.array([kinds.setdefault(row.tobytes(), len(kinds)) for row in packed])
     count = len(kind)
     for period in range(1, count // 2 + 1):
         if count % period == 0 and np.array_equal(kind[period:], kind[:-period]):
