@@ -82,3 +82,7 @@ def test_a_tile_with_lines_cut_off_does_not(
 @pytest.mark.parametrize("warp_up", WEAVES.values(), ids=WEAVES)
 def test_a_tile_that_was_pushed_aside_does_not(warp_up: Bools, axis: int, tmp_path: Path) -> None:
     assert codes(tmp_path / "v001", warp_up, pushed(axis, 6)) & {"tile-seam", "tile-cut"}
+
+
+def test_a_texture_that_is_too_coarse_is_not_judged(tmp_path: Path) -> None:
+    assert codes(tmp_path / "v001", TWILL, cell=7) == {"tile-unread"}

@@ -90,6 +90,16 @@ class OpenAsset:
         """Names of the yarns in the order of their ids, as `weave:yarns` has them."""
         return tuple(self.cloth("yarns") or ())
 
+    @cached_property
+    def texels_per_thread(self) -> tuple[float, float]:
+        """Texels from end to end along x and from pick to pick along y; 0 where not stated."""
+        header = self.textures.header("yarn_id.png")
+        ends, picks = self.cloth("ends") or 0, self.cloth("picks") or 0
+        return (
+            header.width / ends if ends > 0 else 0.0,
+            header.height / picks if picks > 0 else 0.0,
+        )
+
     def lacks(self, need: Need) -> str | None:
         """Return why `need` is not there, or None when it is."""
         if need == "material":

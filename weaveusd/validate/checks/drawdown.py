@@ -31,6 +31,9 @@ OFFSETS = ((0.5, 0.5), (0.35, 0.5), (0.65, 0.5), (0.5, 0.35), (0.5, 0.65))
 EVEN = 0.995
 """Share of crossings that look the same at every place when threads are evenly spaced."""
 
+TEXELS_PER_THREAD = 4
+"""In coarser textures the places in a crossing are not told apart."""
+
 MAX_CROSSINGS = 1 << 26
 
 
@@ -46,13 +49,8 @@ def drawdown(asset: OpenAsset) -> Iterator[Finding]:
     ends, picks = asset.cloth("ends"), asset.cloth("picks")
     if not ends or not picks or ends < 1 or picks < 1 or ends * picks > MAX_CROSSINGS:
         return  # attribute/cloth reports it
-    header = asset.textures.header("yarn_id.png")
-    if header.width < 4 * ends or header.height < 4 * picks:
-        yield UNEVEN(
-            f"{header.width} x {header.height} texels are too few for "
-            f"{ends} ends and {picks} picks",
-            where,
-        )
+    if min(asset.texels_per_thread) < TEXELS_PER_THREAD:
+        yield UNEVEN(f"there are too few texels for {ends} ends and {picks} picks", where)
         return
     places = [_warp_up(asset, ends, picks, offset) for offset in OFFSETS]
     same = np.mean(np.all([place == places[0] for place in places], axis=0))

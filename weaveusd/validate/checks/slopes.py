@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 DISAGREE = Code(
     "normal-not-of-height", Status.FAIL, "Normals do not lean down the slopes of the heights."
 )
+COARSE = Code(
+    "slopes-unread", Status.SKIP, "The textures are too coarse to tell the slopes of a yarn."
+)
 
 STEEPEST = 2.0
 """Slopes beyond this are left out: there one texel of height says little."""
@@ -31,6 +34,9 @@ FLAT = 1e-3
 AGREEMENT = 0.5
 """Least correlation: 1 for true normals, -1 for a flipped axis, 0 for exchanged ones."""
 
+TEXELS_PER_THREAD = 8
+"""Coarser textures step over the borders between threads of one yarn."""
+
 FEWEST = 0.02
 """Least share of texels, two or more away from the border of their yarn, that is judged."""
 
@@ -40,14 +46,14 @@ FEWEST = 0.02
     why="A flipped or turned normal map lights every yarn from the wrong side, and looks almost "
     "right.",
     needs=("material", "textures"),
-    codes=(DISAGREE,),
+    codes=(DISAGREE, COARSE),
 )
 def slopes(asset: OpenAsset) -> Iterator[Finding]:
     """Normals lean down the slopes of the height texture, along both axes."""
     header = asset.textures.header("height.exr")
     repeat = asset.cloth("repeatWidth"), asset.cloth("repeatHeight")
     if not all(isinstance(size, float) and size > 0 for size in repeat):
-        return
+        return  # attribute/cloth reports it
     texel_mm = repeat[0] / header.width, repeat[1] / header.height
     sums = np.zeros((2, 3))
     texels, judged = 0, np.zeros(2)
@@ -58,7 +64,10 @@ def slopes(asset: OpenAsset) -> Iterator[Finding]:
         texels += band.pixels["yarn_id.png"].size
     for axis, name in enumerate("xy"):
         from_height, from_normal, both = sums[axis]
-        if judged[axis] < FEWEST * texels or from_height < FLAT**2 * judged[axis]:
+        if asset.texels_per_thread[axis] < TEXELS_PER_THREAD or judged[axis] < FEWEST * texels:
+            yield COARSE(f"there are too few texels for each thread along {name}")
+            continue
+        if from_height < FLAT**2 * judged[axis]:
             continue
         correlation = both / max(np.sqrt(from_height * from_normal), np.finfo(float).tiny)
         if correlation < AGREEMENT:

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 SEAM = Code("tile-seam", Status.FAIL, "A yarn that crosses an edge breaks there.")
 CUT = Code("tile-cut", Status.FAIL, "A yarn that ends at an edge is cut off before it bends down.")
 
+COARSE = Code(
+    "tile-unread", Status.SKIP, "The textures are too coarse to tell a seam from a border of yarns."
+)
+
 NORMAL, TANGENT, IDS = "normal.png", "tangent.png", "yarn_id.png"
 """The 16 bits of the PNG resolve steps that half floats round away."""
 
@@ -30,6 +34,9 @@ LINES = 256
 
 CREASE = 0.05
 """A normal that turns back by more than this from texel to texel has left its yarn."""
+
+TEXELS_PER_THREAD = 8
+"""In coarser textures what looks like one yarn may be two threads."""
 
 FEWEST = 0.02
 """Least share of a line that must be of a kind before its median counts."""
@@ -59,8 +66,8 @@ class Strips:
 @check(
     id="texture/tiles",
     why="A seam repeats across the whole garment.",
-    needs=("textures",),
-    codes=(SEAM, CUT),
+    needs=("material", "textures"),
+    codes=(SEAM, CUT, COARSE),
 )
 def texture_tiles(asset: OpenAsset) -> Iterator[Finding]:
     """Yarns that cross an edge go on at the opposite one, and those that end there bend down.
@@ -73,6 +80,9 @@ def texture_tiles(asset: OpenAsset) -> Iterator[Finding]:
     median, at least as far as two texels before its ends inside.
     """
     for axis, edge in ((0, "top and bottom"), (1, "left and right")):
+        if asset.texels_per_thread[1 - axis] < TEXELS_PER_THREAD:
+            yield COARSE(f"there are too few texels for each thread across the {edge} edges")
+            continue
         strips = _gather(asset, axis, _even_borders(asset, axis))
         for file, vectors in ((NORMAL, strips.normal), (TANGENT, strips.tangent)):
             at_edge, inside = _standing_out(strips, vectors)
