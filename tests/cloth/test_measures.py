@@ -13,16 +13,17 @@ from hypothesis.extra.numpy import array_shapes, arrays
 
 from tests.export.cloths import plain_weave
 from weaveusd.cloth import measures
+from weaveusd.cloth.floats import longest_float
 
 drawdowns = arrays(np.bool_, array_shapes(min_dims=2, max_dims=2, max_side=8))
 
 
 @given(drawdowns, st.integers(0, 7), st.integers(0, 7))
 def test_the_longest_float_is_that_of_the_cloth_seen_from_any_side(warp_up, rows, columns):
-    longest = measures.longest_float(warp_up)
-    assert measures.longest_float(~warp_up) == longest
-    assert measures.longest_float(warp_up.T) == longest
-    assert measures.longest_float(np.roll(warp_up, (rows, columns), (0, 1))) == longest
+    longest = longest_float(warp_up)
+    assert longest_float(~warp_up) == longest
+    assert longest_float(warp_up.T) == longest
+    assert longest_float(np.roll(warp_up, (rows, columns), (0, 1))) == longest
     assert 1 <= longest <= max(warp_up.shape)
 
 
@@ -32,7 +33,7 @@ def test_the_longest_float_is_that_of_the_cloth_seen_from_any_side(warp_up, rows
 )
 def test_known_weaves_have_known_floats(rows, longest):
     warp_up = np.array([[c == "1" for c in row] for row in rows])
-    assert measures.longest_float(warp_up) == longest
+    assert longest_float(warp_up) == longest
 
 
 def test_plain_weave_has_the_crimp_of_its_arcs():

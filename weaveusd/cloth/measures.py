@@ -8,18 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from weaveusd.cloth.model import Bools, Doubles, Floats, Indices, Weave
-
-
-def longest_float(warp_up: Bools) -> int:
-    """Return the crossings under the longest float of either face, cyclic.
-
-    A thread that never interlaces floats over the whole repeat.
-    """
-    runs = [
-        _longest_cyclic_run(lines) for system in (warp_up.T, warp_up) for lines in (system, ~system)
-    ]
-    return max(runs)
+    from weaveusd.cloth.model import Doubles, Floats, Indices, Weave
 
 
 def warp_cover(weave: Weave) -> float:
@@ -70,19 +59,6 @@ def areal_density_g_m2(weave: Weave) -> float:
     warp = math.fsum(grams_per_m[i] for i in weave.warp_yarn) * height
     weft = math.fsum(grams_per_m[i] for i in weave.weft_yarn) * width
     return (warp + weft) * 1e3 / (width * height)
-
-
-def _longest_cyclic_run(lines: Bools) -> int:
-    """Return the longest run of True along any row of `lines`, rows being cyclic."""
-    length = int(lines.shape[1])
-    best = 0
-    for line in lines:
-        breaks = np.flatnonzero(~line)
-        if not breaks.size:
-            return length
-        gaps = np.diff(np.append(breaks, breaks[0] + length)) - 1
-        best = max(best, int(gaps.max()))
-    return best
 
 
 def _thread_crimps(weave: Weave, floats: Floats, yarn: Indices, repeat_mm: float) -> Doubles:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from weaveusd.cloth import measures
+from weaveusd.cloth.floats import longest_float
 from weaveusd.contract import DRAFT_FILE
 from weaveusd.export.names import instance_names
 
@@ -39,7 +40,7 @@ def cloth_values(material: ClothMaterial, cover: float) -> dict[str, Value]:
         "ends": weave.ends,
         "picks": weave.picks,
         "shafts": source.shafts,
-        "longestFloat": measures.longest_float(weave.warp_up),
+        "longestFloat": longest_float(weave.warp_up),
         "endsPerCm": tidy(weave.ends / width * 10),
         "picksPerCm": tidy(weave.picks / height * 10),
         "repeatWidth": tidy(width),
