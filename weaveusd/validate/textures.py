@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -105,20 +105,27 @@ class TextureFolder:
         """
         size = self.header(files[0])
         rows = max(1, BAND_TEXELS // size.width)
-        for first in range(0, size.height, rows):
-            last = min(first + rows, size.height)
-            yield Band(first, {file: self._rows(file, first, last) for file in files})
+        with ExitStack() as stack:
+            readers = {file: self._reader(file, stack) for file in files}
+            for first in range(0, size.height, rows):
+                last = min(first + rows, size.height)
+                yield Band(first, {file: read(first, last) for file, read in readers.items()})
 
-    def _rows(self, file: str, first: int, last: int) -> Pixels:
-        if file in self._pixels:
-            return self._pixels[file][first:last]
-        header = self.header(file)
-        kept = sum(self._headers[name].bytes for name in self._pixels)
-        if kept + header.bytes > CACHE_BYTES:
-            return _decode(self.folder / file, header, first, last)
-        self._pixels[file] = _decode(self.folder / file, header, 0, header.height)
-        self._pixels[file].setflags(write=False)
-        return self._pixels[file][first:last]
+    def _reader(self, file: str, stack: ExitStack) -> Callable[[int, int], Pixels]:
+        """Return what reads rows of `file`, which stays open in `stack` when it is not kept."""
+        if file not in self._pixels:
+            path, header = self.folder / file, self.header(file)
+            source = stack.enter_context(_opened(path))
+            # The file may have been exchanged since its header was judged.
+            if _header(path, source.spec()) != header:
+                raise InputError(f"{path}: changed while it was read")
+            kept = sum(self._headers[name].bytes for name in self._pixels)
+            if kept + header.bytes > CACHE_BYTES:
+                return lambda first, last: _decode(path, source, first, last)
+            self._pixels[file] = _decode(path, source, 0, header.height)
+            self._pixels[file].setflags(write=False)
+        pixels = self._pixels[file]
+        return lambda first, last: pixels[first:last]
 
 
 @contextmanager
@@ -147,17 +154,13 @@ def _header(path: Path, spec: Any) -> Header:
     return Header(spec.width, spec.height, spec.nchannels, stored)
 
 
-def _decode(path: Path, header: Header, first: int, last: int) -> Pixels:
-    with _opened(path) as source:
-        # The file may have been exchanged since its header was judged.
-        if _header(path, source.spec()) != header:
-            raise InputError(f"{path}: changed while it was read")
-        pixels = source.read_scanlines(
-            0, 0, first, last, 0, 0, header.channels, source.spec().format
-        )
-        if pixels is None or source.has_error:
-            raise InputError(f"{path}: does not decode: {_one_line(source.geterror())}")
-    return np.asarray(pixels).reshape(last - first, header.width, header.channels)
+def _decode(path: Path, source: Any, first: int, last: int) -> Pixels:
+    """Return rows `first` to `last` - 1; later rows of one source come after earlier ones."""
+    spec = source.spec()
+    pixels = source.read_scanlines(0, 0, first, last, 0, 0, spec.nchannels, spec.format)
+    if pixels is None or source.has_error:
+        raise InputError(f"{path}: does not decode: {_one_line(source.geterror())}")
+    return np.asarray(pixels).reshape(last - first, spec.width, spec.nchannels)
 
 
 def _one_line(text: str) -> str:

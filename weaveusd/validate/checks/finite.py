@@ -13,6 +13,9 @@ from weaveusd.validate.registry import Code, check
 
 NOT_FINITE = Code("texture-not-finite", Status.FAIL, "A texel is infinite or not a number.")
 
+EXPONENT = 0x7C00
+"""Bits of a half float that are all set in infinities and in what is not a number."""
+
 
 @check(
     id="texture/finite",
@@ -26,5 +29,6 @@ def texture_finite(asset: OpenAsset) -> Iterator[Finding]:
         tally = Tally()
         for band in asset.textures.bands(file):
             pixels = band.pixels[file]
-            tally.add(band.first, any_component(~np.isfinite(pixels)), pixels)
+            bits = np.ascontiguousarray(pixels).view(np.uint16)
+            tally.add(band.first, any_component(bits & EXPONENT == EXPONENT), pixels)
         yield from tally.report(NOT_FINITE, file, "not finite")

@@ -29,7 +29,7 @@ COARSE = Code(
 NORMAL, TANGENT, IDS = "normal.png", "tangent.png", "yarn_id.png"
 """The 16 bits of the PNG resolve steps that half floats round away."""
 
-LINES = 256
+LINES = 128
 """Borders between lines of texels inside the texture with which each edge is compared."""
 
 CREASE = 0.05
