@@ -184,7 +184,7 @@ def test_a_missing_texture_is_a_loss_that_names_it(mi: Any, stage: Any, tmp_path
 
 
 def test_what_principled_lacks_is_reported(mi: Any, stage: Any, tmp_path: Path) -> None:
-    material, shader = preview_material(stage, useSpecularWorkflow=1, displacement=0.5, ior=0.5)
+    material, _ = preview_material(stage, useSpecularWorkflow=1, displacement=0.5, ior=0.5)
     bind(add_mesh(stage), material)
     _, losses = quadrants(stage)
     assert losses == [
