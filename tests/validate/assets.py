@@ -30,6 +30,16 @@ ALONG, ACROSS = 0.4, 2.0  # curvature in 1/mm
 HALF_WIDTH_MM = 0.22
 TWIST = 0.2
 
+PROVENANCE = Provenance(
+    draft_title="Shot twill",
+    draft_sha256="0" * 64,
+    draft_wif=b"[WIF]\nVersion=1.1\n",
+    shafts=4,
+    recipe="linen",
+    recipe_source="made by hand",
+    tool_version="0.1.0",
+)
+
 PLAIN = np.array([[1, 0], [0, 1]], dtype=bool)
 TWILL = np.array([[(c - r) % 4 < 2 for c in range(4)] for r in range(4)])
 SATIN = np.array([[(2 * r - c) % 5 != 0 for c in range(5)] for r in range(5)])
@@ -168,15 +178,7 @@ def cloth(
         textures=TextureSet(width, height, repeat_mm, 7, band),
         normalization=(1.8608, 1.75),
         fit=StandardFit(alpha_along=0.2, alpha_across=0.8, f0=0.045),
-        provenance=Provenance(
-            draft_title="Shot twill",
-            draft_sha256="0" * 64,
-            draft_wif=b"[WIF]\nVersion=1.1\n",
-            shafts=4,
-            recipe="linen",
-            recipe_source="made by hand",
-            tool_version="0.1.0",
-        ),
+        provenance=PROVENANCE,
     )
 
 

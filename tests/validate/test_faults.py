@@ -4,8 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.validate.assets import PLAIN, SATIN, TWILL, cloth, publish
+from tests.validate.assets import PLAIN, PROVENANCE, SATIN, TWILL, cloth, publish
 from tests.validate.faults import FAULTS, Fault
+from tests.weaves import plain, satin, twill, woven
+from weaveusd.shading.shade import shade
+from weaveusd.synth.textures import synthesize
 from weaveusd.validate.model import Status
 from weaveusd.validate.registry import all_checks
 from weaveusd.validate.run import validate
@@ -23,6 +26,16 @@ def test_a_good_asset_passes_every_check(warp_up, tmp_path: Path) -> None:
     report = validate(publish(tmp_path / "v001", cloth(warp_up)))
     assert {finding.status for finding in report.findings} == {Status.PASS}
     assert [finding.check for finding in report.findings] == [check.id for check in all_checks()]
+
+
+@pytest.mark.parametrize("preset", ["linen", "charmeuse", "denim"])
+@pytest.mark.parametrize("warp_up", [plain(), twill(1, 3), satin(8, 3)])
+def test_what_the_makers_make_passes(warp_up, preset: str, tmp_path: Path) -> None:
+    cloth = woven(warp_up, preset)
+    material = shade("cloth", cloth, synthesize(cloth, resolution=160, seed=5), PROVENANCE)
+    report = validate(publish(tmp_path / "v001", material))
+    assert report.passed
+    assert all(finding.code.endswith(("/pass", "-unread")) for finding in report.findings)
 
 
 def test_every_code_that_fails_or_warns_has_a_fault_planted_for_it() -> None:

@@ -126,6 +126,40 @@ def test_a_stage_without_a_cloth_fails_and_breaks_no_check(tmp_path: Path) -> No
     assert {"root-not-scope", "stage-metadata"} <= {finding.code for finding in report.findings}
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("uniform int weave:ends = 4", 'uniform string weave:ends = "4"'),
+        ("uniform int weave:ends = 4", "uniform int weave:ends = 2147483647"),
+        ("uniform int weave:picks = 4", "uniform int weave:picks = -1"),
+        ("uniform double weave:repeatWidth = 2", "uniform double weave:repeatWidth = inf"),
+        ("uniform double weave:repeatWidth = 2", 'uniform string weave:repeatWidth = "2"'),
+        ("uniform double weave:thickness = 0.5", "uniform token[] weave:thickness = []"),
+        ('uniform token[] weave:yarns = ["ecru", "indigo"]', "uniform int weave:yarns = 3"),
+        (
+            'uniform token[] weave:yarns = ["ecru", "indigo"]',
+            f"uniform token[] weave:yarns = {json.dumps([f'y{k}' for k in range(400)])}",
+        ),
+        ("color3f weave:yarn:ecru:color = (0.6, 0.5, 0.4)", "double weave:yarn:ecru:color = 3"),
+        ("weave:yarn:ecru:twistAngle = 0.2", "weave:yarn:ecru:twistAngle = nan"),
+        ("float2 inputs:uv_scale = (500, 500)", "float3 inputs:uv_scale = (500, 500, 1)"),
+        ("float[] inputs:eta = [1.54, 1.54]", "float[] inputs:eta = [nan, inf]"),
+        ('token info:id = "weaveusd_cloth"', "token info:id"),
+    ],
+)
+def test_no_nonsense_in_the_look_breaks_a_check(
+    entry: Path, tmp_path: Path, old: str, new: str
+) -> None:
+    folder = tmp_path / "v001"
+    shutil.copytree(entry.parent, folder)
+    text = (folder / "look.usda").read_text()
+    assert old in text
+    (folder / "look.usda").write_text(text.replace(old, new))
+    report = validate(folder / entry.name, checks=[c.id for c in all_checks() if c.id[0] != "f"])
+    assert report.status is Status.FAIL
+    assert all(len(finding.message) < 500 for finding in report.findings)
+
+
 def test_the_report_as_json_holds_every_finding(entry: Path) -> None:
     report = validate(entry)
     data = json.loads(json.dumps(report.as_dict()))

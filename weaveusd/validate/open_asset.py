@@ -21,6 +21,9 @@ TEXTURE_FILES: dict[str, contract.Channel] = {
 }
 """Every texture file of an asset and the channel that it carries."""
 
+_CLOTH_TYPES = {attribute.name: attribute.type for attribute in contract.CLOTH_ATTRIBUTES}
+_YARN_TYPES = {attribute.name: attribute.type for attribute in contract.YARN_ATTRIBUTES}
+
 
 class OpenAsset:
     """An asset opened for judging: its stage, material, textures and files.
@@ -78,17 +81,17 @@ class OpenAsset:
         return str(file.relative_to(self.folder)) if file.is_relative_to(self.folder) else str(file)
 
     def cloth(self, name: str) -> Any:
-        """Return the authored value of `weave:<name>`, or None."""
-        return self._authored(f"{contract.CLOTH_NAMESPACE}:{name}")
+        """Return the value of `weave:<name>`, or None unless authored in the contract's type."""
+        return self._authored(f"{contract.CLOTH_NAMESPACE}:{name}", _CLOTH_TYPES[name])
 
     def yarn(self, instance: str, name: str) -> Any:
-        """Return the authored value of `weave:yarn:<instance>:<name>`, or None."""
-        return self._authored(f"{contract.YARN_NAMESPACE}:{instance}:{name}")
+        """Return the value of `weave:yarn:<instance>:<name>`, or None like `cloth`."""
+        return self._authored(f"{contract.YARN_NAMESPACE}:{instance}:{name}", _YARN_TYPES[name])
 
     @cached_property
     def yarns(self) -> tuple[str, ...]:
-        """Names of the yarns in the order of their ids, as `weave:yarns` has them."""
-        return tuple(self.cloth("yarns") or ())
+        """Names of the yarns in the order of their ids: the first of `weave:yarns`, up to 255."""
+        return tuple(self.cloth("yarns") or ())[: contract.MAX_YARNS]
 
     @cached_property
     def texels_per_thread(self) -> tuple[float, float]:
@@ -124,11 +127,12 @@ class OpenAsset:
             return "not every texture can be read"
         return None if len(sizes) == 1 else "the textures differ in size"
 
-    def _authored(self, name: str) -> Any:
-        if not self.material:
+    def _authored(self, name: str, kind: str) -> Any:
+        attribute = self.material.GetAttribute(name) if self.material else None
+        if not attribute or not attribute.HasAuthoredValue():
             return None
-        attribute = self.material.GetAttribute(name)
-        return attribute.Get() if attribute and attribute.HasAuthoredValue() else None
+        kinds = {str(spec.typeName) for spec in attribute.GetPropertyStack()}
+        return attribute.Get() if kinds == {kind} else None
 
 
 def connected_prim(output: UsdShade.Output) -> Usd.Prim:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from pxr import UsdShade
+from pxr import Gf, UsdShade
 
 from weaveusd.contract import SHADER_UV_SCALE
 from weaveusd.validate.checks.shader import input_value
@@ -41,15 +41,22 @@ def physical_size(asset: OpenAsset) -> Iterator[Finding]:
         f"{asset.material.GetPath()}.inputs:{SHADER_UV_SCALE}": interface and interface.Get(),
     }
     for where, value in places.items():
-        if value is not None and not _close(value, expected):
-            yield SCALE(f"is {tuple(value)}, expected {expected[0]:g}, {expected[1]:g}", where)
+        if value is None:
+            continue
+        if not isinstance(value, (Gf.Vec2f, Gf.Vec2d)) or not _close(value, expected):
+            yield SCALE(f"is {value}, expected ({expected[0]:g}, {expected[1]:g})", where)
 
     for threads, sett, size in (
         ("ends", "endsPerCm", "repeatWidth"),
         ("picks", "picksPerCm", "repeatHeight"),
     ):
         count, density = asset.cloth(threads), asset.cloth(sett)
-        if count and density and not _close([MM_PER_CM * count / density], [asset.cloth(size)]):
+        if (
+            count
+            and density
+            and asset.cloth(size)
+            and not _close([MM_PER_CM * count / density], [asset.cloth(size)])
+        ):
             yield SETT(
                 f"{count} {threads} at {density:g}/cm make {MM_PER_CM * count / density:g} mm, "
                 f"but weave:{size} is {asset.cloth(size):g}",

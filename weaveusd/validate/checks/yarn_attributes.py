@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from weaveusd.contract import MAX_YARNS, YARN_API, YARN_ATTRIBUTES, YARN_NAMESPACE
 from weaveusd.validate.checks._values import judge, strangers
@@ -36,10 +36,10 @@ def yarn_attributes(asset: OpenAsset) -> Iterator[Finding]:
         for name in applied_schemas(asset.material)
         if name.startswith(prefix)
     ]
-    if not 1 <= len(asset.yarns) <= MAX_YARNS or sorted(asset.yarns) != sorted(applied):
+    listed = asset.cloth("yarns") or ()
+    if not 1 <= len(listed) <= MAX_YARNS or sorted(listed) != sorted(applied):
         yield LIST(
-            f"weave:yarns lists {', '.join(asset.yarns) or 'nothing'}, "
-            f"but {YARN_API} is applied for {', '.join(applied) or 'nothing'}",
+            f"weave:yarns lists {_names(listed)}, but {YARN_API} is applied for {_names(applied)}",
             path,
         )
     for yarn in applied:
@@ -52,3 +52,9 @@ def yarn_attributes(asset: OpenAsset) -> Iterator[Finding]:
         number = asset.yarn(yarn, "id")
         if yarn in applied and number is not None and number != place:
             yield ORDER(f"{yarn} has id {number}, expected {place}, its place in the list", path)
+
+
+def _names(names: Sequence[str]) -> str:
+    """Return `names`, the first few of many, as part of a sentence."""
+    more = f" and {len(names) - 8} more" if len(names) > 8 else ""
+    return (", ".join(names[:8]) or "nothing") + more
