@@ -42,7 +42,7 @@ def scene_names() -> list[str]:
     return sorted(path.stem for path in scenes_dir().glob("*.usda"))
 
 
-def find_scene(name: str) -> Path:
+def scene_path(name: str) -> Path:
     """Return the file of an example scene.
 
     Raises
@@ -73,7 +73,8 @@ def dress(scene: Path, asset_entry: Path, output: Path) -> Path:
     stage = open_stage(scene)
     if not stage.GetPrimAtPath(CLOTH_PATH):
         raise StageError(f"{scene}: has no prim {CLOTH_PATH}, where a cloth is referenced")
-    asset = open_stage(asset_entry).GetDefaultPrim()
+    published = open_stage(asset_entry)  # a prim lives as long as its stage
+    asset = published.GetDefaultPrim()
     if not asset or not asset.GetChild(contract.MATERIAL_NAME):
         raise StageError(
             f"{asset_entry}: has no {contract.MATERIAL_NAME} in its default prim, "
