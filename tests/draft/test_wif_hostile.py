@@ -147,3 +147,19 @@ def test_a_megabyte_is_read_in_a_moment() -> None:
     start = time.perf_counter()
     assert read(text).ends == threads
     assert time.perf_counter() - start < 1.5  # 0.3 s on an idle machine
+
+
+def test_a_thousand_presses_of_a_thousand_ties_are_resolved_at_once() -> None:
+    tied = "1=" + "1," * 30_000
+    start = time.perf_counter()
+    draft = read(wif({"TIEUP": tied, "TREADLING": tied}))
+    assert rows(draft)[0] == "#..."
+    assert time.perf_counter() - start < 2.0  # 0.05 s on an idle machine
+
+
+def test_treadles_by_shafts_are_judged_before_memory_is_taken() -> None:
+    ties = "".join(f"{n}=1\n" for n in range(1, 5001))
+    presses = ",".join(map(str, range(1, 5001)))
+    weaving = "Shafts=16000\nRising Shed=1"
+    with pytest.raises(DraftError, match="treadles by shafts"):
+        read(wif({"WEAVING": weaving, "TIEUP": ties, "TREADLING": f"1={presses}"}))

@@ -401,6 +401,12 @@ def test_a_component_outside_the_range_is_moved_to_its_border() -> None:
     assert warned(draft, "leaves the palette's Range")
 
 
+def test_a_name_behind_a_color_is_ignored() -> None:
+    draft = read(wif({"COLOR TABLE": "1=0,0,0, Raven\n2=255,255,255,Snow, 2"}))
+    assert draft.palette.tolist() == [[0.0] * 3, [1.0] * 3]
+    assert warned(draft, "color 2 has more than R, G, B")
+
+
 # --- Lengths ------------------------------------------------------------------------------------
 
 

@@ -174,31 +174,57 @@ def _warn_beyond(rows: Rows, name: str, listed: Numbers, first_row: int, count: 
 
 def _treadled(rows: Rows, loom: Loom) -> Bools:
     """Return the liftplan that tie-up and treadling make: a pick lifts what its treadles do."""
-    tieup, treadling = rows.numbers("TIEUP"), rows.numbers("TREADLING")
-    stated = rows.count("WEAVING", "Treadles")
-    first_tied = loom.numbering.first_row("TIEUP", stated)
-    first_shaft = loom.numbering.first_value("TIEUP", loom.shafts)
-    treadles = max(max(tieup) + 1 - first_tied, stated or 0)
-    if stated is not None and treadles > stated:
-        line = tieup[max(tieup)][0]
-        rows.warn(line, "TIEUP", f"ties {treadles} treadles, but [WEAVING] states {stated}")
+    treadling = rows.numbers("TREADLING")
+    treadles = _treadles(rows, loom)
     first_treadle = loom.numbering.first_value("TREADLING", treadles)
     first_pick = loom.numbering.first_row("TREADLING", loom.picks)
     _warn_beyond(rows, "TREADLING", treadling, first_pick, loom.picks)
-    up = np.zeros((loom.picks, loom.shafts), dtype=np.bool_)
+
+    # Most picks press what another pressed: each different lift is made once.
+    presses: dict[tuple[int, ...], int] = {(): 0}
+    which = np.zeros(loom.picks, dtype=np.int64)
     for number, (line, pressed) in treadling.items():
-        pick = number - first_pick
-        for treadle in pressed:
-            place = treadle - first_treadle
-            if place >= treadles:
-                raise rows.error(
-                    line, "TREADLING", f"row {number} names treadle {treadle}",
-                    f"at most {treadles - 1 + first_treadle}, all that the tie-up has",
-                )  # fmt: skip
-            if place >= 0 and 0 <= pick < loom.picks:
-                shafts = [s - first_shaft for s in tieup.get(place + first_tied, (0, ()))[1]]
-                up[pick, [s for s in shafts if s >= 0]] = True
-    return up
+        if pressed not in presses:
+            if (top := max(pressed)) - first_treadle >= treadles:
+                expected = f"at most {treadles - 1 + first_treadle}, all that the tie-up has"
+                raise rows.error(line, "TREADLING", f"row {number} names treadle {top}", expected)
+            presses[pressed] = len(presses)
+        if 0 <= number - first_pick < loom.picks:
+            which[number - first_pick] = presses[pressed]
+    return _lifts(rows, loom, list(presses), first_treadle)[which]
+
+
+def _treadles(rows: Rows, loom: Loom) -> int:
+    """Return the number of treadles: those stated, or more where more are tied."""
+    tieup = rows.numbers("TIEUP")
+    stated = rows.count("WEAVING", "Treadles")
+    treadles = max(max(tieup) + 1 - loom.numbering.first_row("TIEUP", stated), stated or 0)
+    if stated is not None and treadles > stated:
+        line = tieup[max(tieup)][0]
+        rows.warn(line, "TIEUP", f"ties {treadles} treadles, but [WEAVING] states {stated}")
+    return treadles
+
+
+def _lifts(rows: Rows, loom: Loom, presses: list[tuple[int, ...]], first_treadle: int) -> Bools:
+    """Return (presses, shafts): what the treadles of each press lift together."""
+    tieup = rows.numbers("TIEUP")
+    first_tied = loom.numbering.first_row("TIEUP", rows.count("WEAVING", "Treadles"))
+    first_shaft = loom.numbering.first_value("TIEUP", loom.shafts)
+    place: dict[int, int] = {}
+    for treadle in {treadle for pressed in presses for treadle in pressed}:
+        if treadle - first_treadle + first_tied in tieup and treadle >= first_treadle:
+            place[treadle] = len(place)
+    _check_cells(rows, "TIEUP", "treadles by shafts", max(1, len(place)), loom.shafts)
+    tied = np.zeros((len(place), loom.shafts), dtype=np.bool_)
+    for treadle, row in place.items():
+        shafts = np.array(tieup[treadle - first_treadle + first_tied][1], dtype=np.int64)
+        tied[row, shafts[shafts >= first_shaft] - first_shaft] = True
+    packed = np.packbits(tied, axis=1)
+    lifted = np.zeros((len(presses), packed.shape[1]), dtype=np.uint8)
+    for n, pressed in enumerate(presses):
+        if some := sorted({place[treadle] for treadle in pressed if treadle in place}):
+            lifted[n] = np.bitwise_or.reduce(packed[some], axis=0)
+    return np.unpackbits(lifted, axis=1, count=loom.shafts).astype(np.bool_)
 
 
 def _better_of_both(rows: Rows, loom: Loom, threading: Bools) -> Bools:

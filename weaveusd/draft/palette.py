@@ -62,17 +62,26 @@ def _range(rows: Rows, top: int) -> tuple[int, int]:
 
 def _table(rows: Rows) -> dict[int, RGB]:
     """Return the entries of [COLOR TABLE] as display sRGB in 0…1."""
-    listed = rows.numbers("COLOR TABLE", COLOR_DIGITS)
-    listed = {entry: row for entry, row in listed.items() if row[1]}
-    if not listed:
-        return {}
-    for entry, (line, numbers) in listed.items():
+    listed: dict[int, tuple[int, tuple[int, ...]]] = {}
+    for entry, (line, text) in rows.keyed("COLOR TABLE").items():
+        if not text:
+            continue
+        # Behind R, G, B some programs write the name of the yarn.
+        rgb, name = text.split(",")[:3], text.split(",")[3:]
+        numbers = rows.integers(
+            "COLOR TABLE", (line, ",".join(rgb)), f"color {entry}", COLOR_DIGITS
+        )
         if len(numbers) != 3:
             raise rows.error(
                 line, "COLOR TABLE", f"color {entry} has {len(numbers)} numbers", "R, G, B"
             )
         if entry > MAX_ENTRIES:
             raise rows.error(line, "COLOR TABLE", f"found color {entry}", f"at most {MAX_ENTRIES}")
+        if name:
+            rows.warn(line, "COLOR TABLE", f"color {entry} has more than R, G, B; ignored")
+        listed[entry] = (line, numbers)
+    if not listed:
+        return {}
     limits = _range(rows, max(max(numbers) for _, numbers in listed.values()))
     return {
         entry: _scaled(rows, "COLOR TABLE", line, numbers, limits)

@@ -10,7 +10,7 @@ from weaveusd.draft.text import one_line, quoted
 from weaveusd.errors import DraftError
 
 MAX_BYTES = 8 * 2**20
-MAX_LINES = 2**20
+MAX_LINES = 2**19
 MAX_LINE = 64 * 2**10
 MAX_SECTIONS = 512
 MAX_WARNINGS = 100
