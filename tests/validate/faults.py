@@ -335,13 +335,19 @@ def fibres_turned_in_the_surface(channels: Channels) -> None:
     channels["tangent"][...] = np.cross(channels["normal"], channels["tangent"])
 
 
-@in_channels("tile-seam", "tile-cut")
+@in_channels("tile-seam")
 def three_rows_cut_off(channels: Channels) -> None:
     for name, values in channels.items():
         channels[name] = values[:-3]
 
 
 @in_channels("tile-seam", "tile-cut")
+def six_rows_cut_off(channels: Channels) -> None:
+    for name, values in channels.items():
+        channels[name] = values[:-6]
+
+
+@in_channels("tile-seam")
 def three_columns_cut_off(channels: Channels) -> None:
     for name, values in channels.items():
         channels[name] = values[:, :-3]

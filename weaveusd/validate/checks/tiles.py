@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     Floats32 = NDArray[np.float32]
 
 SEAM = Code("tile-seam", Status.FAIL, "A yarn that crosses an edge breaks there.")
-CUT = Code("tile-cut", Status.FAIL, "A yarn that ends at an edge is cut off before it bends down.")
+CUT = Code(
+    "tile-cut", Status.FAIL, "The side of a yarn at an edge is cut off before it bends down."
+)
 
 COARSE = Code(
     "tile-unread", Status.SKIP, "The textures are too coarse to tell a seam from a border of yarns."
@@ -70,14 +72,15 @@ class Strips:
     codes=(SEAM, CUT, COARSE),
 )
 def texture_tiles(asset: OpenAsset) -> Iterator[Finding]:
-    """Yarns that cross an edge go on at the opposite one, and those that end there bend down.
+    """Yarns that cross an edge go on at the opposite one, and the sides of others bend down there.
 
     Yarns are convex, so that along either axis the normal of one yarn only ever leans further
     forward; it turns back where the next yarn begins. The borders of yarns, sharp as they are,
     are thus told from seams. Where the normal does not turn back, the step between two texels
     may stand out from the steps before and after it: by how much is compared, at the median,
-    between the edge and many lines inside. Where a yarn ends at the edge, it must lean, at the
-    median, at least as far as two texels before its ends inside.
+    between the edge and many lines inside. Where the side of a yarn lies at the edge, it must
+    lean, at the median, at least as far as two texels before its sides inside; the ends of
+    floats do not count, since they bend down as steeply as each float is short.
     """
     for axis, edge in ((0, "top and bottom"), (1, "left and right")):
         if asset.texels_per_thread[1 - axis] < TEXELS_PER_THREAD:
@@ -94,8 +97,8 @@ def texture_tiles(asset: OpenAsset) -> Iterator[Finding]:
                     f"{TEXTURE_DIR}/{file}",
                 )
         strips = _gather(asset, axis, _yarn_borders(asset, axis))
-        for number in np.setdiff1d(strips.ids[0, 2:4], 0):
-            at_edge, inside = _lean_at_ends(strips, int(number))
+        for number in _side_by_side(asset, axis):
+            at_edge, inside = _lean_at_sides(strips, number)
             if inside > 0 and at_edge < inside - TOLERANCE:
                 yield CUT(
                     f"at the {edge} edges the yarn of id {number} leans by {at_edge:.3f}, "
@@ -117,11 +120,21 @@ def _standing_out(strips: Strips, vectors: Floats32) -> tuple[float, float]:
     return float(medians[0]), _largest(medians[1:])
 
 
-def _lean_at_ends(strips: Strips, number: int) -> tuple[float, float]:
-    """Return how far the yarn of id `number` leans at its ends.
+def _side_by_side(asset: OpenAsset, axis: int) -> list[int]:
+    """Return the ids of the yarns that lie side by side along `axis`: weft across rows."""
+    system = "weft" if axis == 0 else "warp"
+    return [
+        number
+        for number, yarn in enumerate(asset.yarns, start=1)
+        if asset.yarn(yarn, "system") == system
+    ]
 
-    First the least median of both sides of the edge, at the texel that ends there, then the
-    least one inside, two texels before the end. NaN where no end is seen.
+
+def _lean_at_sides(strips: Strips, number: int) -> tuple[float, float]:
+    """Return how far the yarn of id `number` leans at its sides.
+
+    First the least median of both sides of the edge, at the last texel there, then the least
+    one inside, two texels before the last. NaN where no side is seen.
     """
     ids, lean = strips.ids, strips.lean()
     before = (ids[:, :3] == number).all(axis=1) & (ids[:, 3] != number)
