@@ -18,7 +18,7 @@ from weaveusd.errors import DraftError
 
 
 @given(drafts())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_a_draft_written_and_read_is_the_same_draft(draft: Draft) -> None:
     data = write_wif(draft)
     again = parse_wif(data, "again.wif")

@@ -6,12 +6,13 @@ import os
 from pathlib import Path
 
 from weaveusd.draft.lengths import read_lengths
-from weaveusd.draft.loom import read_liftplan, read_loom, read_threading
+from weaveusd.draft.loom import read_loom, read_threading
 from weaveusd.draft.model import Draft
 from weaveusd.draft.numbers import parse_integer
 from weaveusd.draft.palette import read_colors
 from weaveusd.draft.rows import Rows
 from weaveusd.draft.scan import MAX_BYTES, scan
+from weaveusd.draft.shed import read_liftplan
 from weaveusd.draft.text import one_line, quoted
 from weaveusd.errors import DraftError
 
