@@ -104,7 +104,7 @@ def publish(
     name = safe_name(name or f"{Path(draft).stem}_{material_recipe.name}")
     material = make_material(draft, material_recipe, name, resolution=resolution, seed=seed)
     tell(0.05)
-    findings: list[dict[str, Any]] = []
+    findings = [_recipe_finding(warning) for warning in material.weave.warnings]
 
     def write(folder: Path) -> None:
         write_asset(material, folder, progress=lambda share: tell(0.05 + _WRITING * share))
@@ -205,6 +205,12 @@ def environment() -> dict[str, str]:
     from weaveusd.stage import schema_dir
 
     return {"PXR_PLUGINPATH_NAME": str(schema_dir() / "weaveCloth")}
+
+
+def _recipe_finding(message: str) -> dict[str, Any]:
+    from weaveusd.validate.model import Finding, Status
+
+    return Finding("recipe/kept", Status.WARN, "recipe-not-kept", message).as_dict()
 
 
 def _check_bounds(what: str, value: int, low: int, high: int) -> None:

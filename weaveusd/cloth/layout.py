@@ -23,12 +23,18 @@ MAX_INCLINATION = math.pi / 2 - 0.02
 
 @dataclass(frozen=True, slots=True, eq=False)
 class System:
-    """The threads of one system: cell borders, width and thickness in mm, and who bends how."""
+    """The threads of one system: cell borders, width and thickness in mm, and who bends how.
+
+    `crimp` and `u_max` are what recipes state; NaN, or None for all threads, where they follow
+    from the threads that touch.
+    """
 
     edge_mm: Doubles  # (threads + 1,)
     width_mm: Doubles  # (threads,)
     height_mm: Doubles  # (threads,)
     end_bend: Bools  # (threads,) True where the spine is straight but for its ends
+    crimp: Doubles | None = None  # (threads,) arc length over chord, less one
+    u_max: Doubles | None = None  # (threads,) inclination at the ends of floats, radians
 
 
 def edges(pitch_mm: Doubles) -> Doubles:
@@ -44,8 +50,9 @@ def lay_floats(on_top: Bools, own: System, crossing: System, crimp_share: float)
     half the gap of the cell at either end. `crimp_share` is the part of the crimp height
     thickness + thickness that this system takes; the inclination at the ends follows from it as
     u_max = 2 atan(h / e₂), e₂ the float's length for a circular spine and at most one crossing
-    pitch for an end-bend. It is limited so that the surface's corners stay below
-    `MAX_INCLINATION`: sin u_max ≤ 1 / (1 / sin(limit) + b / e).
+    pitch for an end-bend. Where a thread's crimp is stated, all its floats bend by the angle that
+    gives it; a stated inclination comes before both. It is limited so that the surface's corners
+    stay below `MAX_INCLINATION`: sin u_max ≤ 1 / (1 / sin(limit) + b / e).
 
     `at` comes back as (threads, crossings).
     """
@@ -71,10 +78,36 @@ def lay_floats(on_top: Bools, own: System, crossing: System, crimp_share: float)
     height = crimp_share * (own.height_mm[thread] + crossing.height_mm.mean())
     reach = np.where(end_bend, np.minimum(mean_pitch, length), length)
     u_max = 2 * np.arctan(height / np.maximum(reach, 1e-9))
+    if own.crimp is not None:
+        bent = np.where(end_bend, 2 * bend, length) * ~closed
+        total = np.zeros(len(own.height_mm))
+        np.add.at(total, thread, bent)
+        of_crimp = crimp_inclination(own.crimp, total, repeat)[thread]
+        u_max = np.where(np.isnan(of_crimp), u_max, of_crimp)
+    if own.u_max is not None:
+        u_max = np.where(np.isnan(own.u_max[thread]), u_max, own.u_max[thread])
     limit = 1 / (1 / math.sin(MAX_INCLINATION) + 0.5 * own.height_mm[thread] / bend)
     u_max = np.minimum(u_max, np.arcsin(limit))
     u_max = np.where(closed, 0.0, u_max)
     return Floats(thread, start, count, length, center, bend, u_max, at)
+
+
+def crimp_inclination(crimp: Doubles, bent_mm: Doubles, repeat_mm: float) -> Doubles:
+    """Return the inclination (threads,) in radians that gives threads their `crimp`.
+
+    A thread of chord `repeat_mm` whose floats on the face bend over `bent_mm` in all, and as
+    much on the back, has the crimp ``2 (bent / repeat) (u / sin u - 1)``: circular arcs. It is
+    solved for u in 0…π/2 by bisection. NaN where the crimp is NaN or nothing bends.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(bent_mm > 0, 1 + crimp * repeat_mm / (2 * bent_mm), np.nan)
+    low, high = np.zeros(len(crimp)), np.full(len(crimp), 0.5 * math.pi)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        # np.sinc(x) is sin(πx)/(πx), and one at 0.
+        below = 1 / np.sinc(middle / np.pi) < ratio
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    return np.where(np.isnan(ratio), np.nan, 0.5 * (low + high))
 
 
 def crown_mm(own: System, crossing: System, crimp_share: float) -> Doubles:

@@ -39,13 +39,16 @@ def crimps(weave: Weave) -> tuple[float, ...]:
     A bent piece of projected length s that turns to the inclination u on both sides has the
     excess length ``s (u / sin u - 1)``, exact for a circle. A thread bends on the back as often
     as on the face, so its excess is twice that of its floats on the face. A yarn's crimp is
-    the mean over its threads.
+    the mean over its threads; one that its recipe states stands as stated.
     """
     width, height = weave.repeat_mm
     warp = _thread_crimps(weave, weave.warp_floats, weave.warp_yarn, height)
     weft = _thread_crimps(weave, weave.weft_floats, weave.weft_yarn, width)
     result = []
-    for index in range(len(weave.yarns)):
+    for index, of in enumerate(weave.yarns):
+        if of.crimp is not None:
+            result.append(of.crimp)
+            continue
         threads = np.concatenate([warp[weave.warp_yarn == index], weft[weave.weft_yarn == index]])
         result.append(float(threads.mean()) if threads.size else 0.0)
     return tuple(result)

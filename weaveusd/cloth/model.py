@@ -42,7 +42,7 @@ class Weave:
     """One repeat of a cloth: x along the weft, y along the warp, both periodic.
 
     Column c of the drawdown is end c, row r is pick r; both grow with x and y. Arrays are
-    read-only.
+    read-only. `warnings` say, one line each, where the cloth is not what its recipe states.
     """
 
     warp_up: Bools  # (picks, ends), True where the end is over the pick
@@ -58,6 +58,7 @@ class Weave:
     warp_floats: Floats
     weft_floats: Floats
     crimp_balance: float
+    warnings: tuple[str, ...] = ()
 
     @property
     def ends(self) -> int:

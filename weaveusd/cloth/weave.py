@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from weaveusd.cloth.departures import departures
 from weaveusd.cloth.layout import System, edges, lay_floats
 from weaveusd.cloth.model import Floats, Weave
 from weaveusd.contract import MAX_YARNS
@@ -32,25 +34,27 @@ def weave(draft: Draft, recipe: Recipe) -> Weave:
     """Return one repeat of the cloth that `recipe` makes of `draft`.
 
     The recipe's sett is the mean sett of the cloth; where the draft spaces or thickens single
-    threads, their proportions to each other are kept. Raises RecipeError when no yarn serves a
-    palette entry that the draft uses, or there are more than `contract.MAX_YARNS` yarns.
+    threads, their proportions to each other are kept. Where the cloth is not what the recipe
+    states, `Weave.warnings` says so. Raises RecipeError when no yarn serves a palette entry that
+    the draft uses, or there are more than `contract.MAX_YARNS` yarns.
     """
     warp_up = draft.drawdown()
     warp_pitch = _proportioned(10 / recipe.ends_per_cm, draft.ends, draft.warp_pitch_mm)
     weft_pitch = _proportioned(10 / recipe.picks_per_cm, draft.picks, draft.weft_pitch_mm)
-    yarns: list[Yarn] = []
-    warp_yarn = _resolve("warp", draft.warp_color, draft, recipe, float(warp_pitch.mean()), yarns)
-    weft_yarn = _resolve("weft", draft.weft_color, draft, recipe, float(weft_pitch.mean()), yarns)
-    if len(yarns) > MAX_YARNS:
-        raise RecipeError(f"the draft needs {len(yarns)} yarns, at most {MAX_YARNS} are supported")
+    laid: list[tuple[YarnSpec, Yarn]] = []
+    warp_yarn = _resolve("warp", draft.warp_color, draft, recipe, float(warp_pitch.mean()), laid)
+    weft_yarn = _resolve("weft", draft.weft_color, draft, recipe, float(weft_pitch.mean()), laid)
+    if len(laid) > MAX_YARNS:
+        raise RecipeError(f"the draft needs {len(laid)} yarns, at most {MAX_YARNS} are supported")
+    yarns = tuple(yarn for _, yarn in laid)
 
     warp = _system(yarns, warp_yarn, warp_pitch, draft.warp_thickness_mm)
     weft = _system(yarns, weft_yarn, weft_pitch, draft.weft_thickness_mm)
     warp_floats = lay_floats(warp_up.T, warp, weft, recipe.crimp_balance)
     weft_floats = lay_floats(~warp_up, weft, warp, 1 - recipe.crimp_balance)
-    return Weave(
+    cloth = Weave(
         warp_up=_frozen(warp_up),
-        yarns=tuple(yarns),
+        yarns=yarns,
         warp_yarn=_frozen(warp_yarn),
         weft_yarn=_frozen(weft_yarn),
         warp_edge_mm=_frozen(warp.edge_mm),
@@ -63,20 +67,28 @@ def weave(draft: Draft, recipe: Recipe) -> Weave:
         weft_floats=_frozen_floats(weft_floats, transpose=False),
         crimp_balance=recipe.crimp_balance,
     )
+    return replace(cloth, warnings=departures(cloth, recipe, [spec for spec, _ in laid]))
 
 
 def lie(spec: YarnSpec, pitch_mm: float) -> tuple[float, float]:
     """Return width and thickness in mm of a yarn in a cloth of the given pitch.
 
-    The section is an ellipse of the area that the count gives; its flatness is the recipe's. A
-    yarn wider than its pitch is squeezed sideways to it and keeps its area.
+    The section is an ellipse of the area that the count gives; its flatness, width or thickness
+    are the recipe's where it states them. A yarn is never wider than its pitch: one that would
+    be is squeezed sideways and keeps its area, or its thickness where that is stated.
     """
     diameter = diameter_mm(spec.tex, spec.fibre, spec.packing)
-    flatness = 1.0 if spec.flatness is None else spec.flatness
     if spec.width_mm is not None:
-        height = diameter**2 / spec.width_mm if spec.flatness is None else flatness * spec.width_mm
-        return spec.width_mm, height
-    width = min(diameter / math.sqrt(flatness), pitch_mm)
+        free = spec.width_mm
+    elif spec.height_mm is not None:
+        free = diameter**2 / spec.height_mm
+    else:
+        free = diameter / math.sqrt(1.0 if spec.flatness is None else spec.flatness)
+    width = min(free, pitch_mm)
+    if spec.height_mm is not None:
+        return width, spec.height_mm
+    if spec.width_mm is not None and spec.flatness is not None:
+        return width, spec.flatness * free**2 / width
     return width, diameter**2 / width
 
 
@@ -86,16 +98,16 @@ def _resolve(
     draft: Draft,
     recipe: Recipe,
     pitch_mm: float,
-    yarns: list[Yarn],
+    laid: list[tuple[YarnSpec, Yarn]],
 ) -> Indices:
-    """Append to `yarns` one for each palette entry used; return every thread's index in it."""
+    """Append to `laid` one yarn for each palette entry used; return every thread's index in it."""
     used, of_thread = np.unique(colors, return_inverse=True)
-    first = len(yarns)
+    first = len(laid)
     for entry in used:
         spec = _spec_for(recipe, system, int(entry) + 1)
         r, g, b = draft.palette[entry]
         color = spec.color or (float(r), float(g), float(b))
-        yarns.append(_laid(spec, system, f"{system}_{entry + 1}", color, pitch_mm))
+        laid.append((spec, _laid(spec, system, f"{system}_{entry + 1}", color, pitch_mm)))
     return (of_thread.reshape(-1) + first).astype(np.int32)
 
 
@@ -126,13 +138,17 @@ def _laid(
         packing=spec.packing,
         width_mm=width,
         height_mm=height,
-        twist_angle=twist_angle(spec.twist_per_m, spec.twist_direction, diameter),
+        twist_angle=twist_angle(spec.twist_per_m, spec.twist_direction, diameter)
+        if spec.twist_angle is None
+        else spec.twist_angle,
         twist_deviation=spec.twist_deviation,
         twist_correlation_mm=spec.twist_correlation_mm,
         spine=spec.spine,
         kappa=spec.kappa,
         color=linear_from_srgb(color),
         optics=spec.optics,
+        crimp=spec.crimp,
+        u_max=spec.u_max,
     )
 
 
@@ -150,7 +166,22 @@ def _system(
     width = np.array([y.width_mm for y in yarns])[of_thread] * scale
     height = np.array([y.height_mm for y in yarns])[of_thread] * scale
     end_bend = np.array([y.spine == "end-bend" for y in yarns])[of_thread]
-    return System(edges(pitch), np.minimum(width, pitch), height, end_bend)
+    return System(
+        edges(pitch),
+        np.minimum(width, pitch),
+        height,
+        end_bend,
+        _stated([y.crimp for y in yarns], of_thread),
+        _stated([y.u_max for y in yarns], of_thread),
+    )
+
+
+def _stated(values: Sequence[float | None], of_thread: Indices) -> Doubles | None:
+    """Return the value of each thread's yarn, NaN where it states none; None if all do."""
+    if all(value is None for value in values):
+        return None
+    of_yarn = np.array([math.nan if value is None else value for value in values])
+    return np.asarray(of_yarn[of_thread])
 
 
 def _frozen(array: NDArray[T]) -> NDArray[T]:

@@ -27,9 +27,11 @@ class Optics:
 class Yarn:
     """A yarn as it lies in the cloth. Lengths in mm, angles in radians.
 
-    `twist_angle` is that of the fibres on the yarn's surface to its axis, positive for S.
-    `height_mm` is the thickness out of the cloth's plane. `color` is an albedo in linear
-    Rec.709.
+    `tex` is the linear density of the whole yarn, all plies. `twist_angle` is that of the fibres
+    on the yarn's surface to its axis, positive for S. `height_mm` is the thickness out of the
+    cloth's plane. `color` is an albedo in linear Rec.709. `crimp` (arc length over chord, less
+    one) and `u_max` (inclination at the ends of floats) are None where they follow from the
+    threads that touch; a stated `u_max` shapes the yarn even where a `crimp` is stated too.
     """
 
     name: str
@@ -49,6 +51,8 @@ class Yarn:
     kappa: float
     color: RGB
     optics: Optics
+    crimp: float | None = None
+    u_max: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +60,11 @@ class YarnSpec:
     """A yarn as a recipe states it, before it meets a draft and a sett.
 
     `palette` lists the palette entries, counted from 1, that the yarn serves; empty means all.
-    `color` is display sRGB, or None to take the draft's. `width_mm` and `flatness` (height over
-    width) are None where they follow from the count and the sett.
+    `tex` is the linear density of the whole yarn and `count` what the recipe said of it.
+    `color` is display sRGB, or None to take the draft's; `color_stated` is how the recipe stated
+    it and `color_warning` what was lost, empty where nothing was. `width_mm`, `height_mm`,
+    `flatness` (height over width), `twist_angle` (radians, positive for S), `crimp` and `u_max`
+    (radians) are None where they follow from the count, the twist, the weave and the sett.
     """
 
     name: str
@@ -77,6 +84,13 @@ class YarnSpec:
     kappa: float
     color: RGB | None
     optics: Optics
+    count: str = ""
+    height_mm: float | None = None
+    twist_angle: float | None = None
+    crimp: float | None = None
+    u_max: float | None = None
+    color_stated: str = "draft"
+    color_warning: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +99,10 @@ class Recipe:
 
     `crimp_balance` is the share of the crimp height that the warp takes, 0…1. `kind` is `yarn`
     for a recipe that suits any draft and `fabric` for one that belongs to a weave. `source`
-    says where the numbers come from and `certainty` how far to trust them.
+    says where the numbers come from and `certainty` how far to trust them. For a fabric,
+    `weave` is the notation of its weave, as `weaveusd.draft.make` reads it, and `finish` what was
+    done to it after the loom; both describe, and nothing is computed from them. `weight_g_m2` is
+    the weight that its source gives; a cloth that comes out otherwise is reported.
     """
 
     name: str
@@ -97,3 +114,6 @@ class Recipe:
     picks_per_cm: float
     crimp_balance: float
     yarns: tuple[YarnSpec, ...]
+    weave: str = ""
+    finish: str = ""
+    weight_g_m2: float | None = None

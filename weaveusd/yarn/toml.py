@@ -15,7 +15,10 @@ else:
     import tomli as tomllib
 
 MAX_BYTES = 1 << 20
+MAX_TEXT = 2000
+"""Longest string of a recipe, in characters."""
 
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
 _HEADER = re.compile(r"^\s*(\[\[?)\s*([A-Za-z0-9_.-]+)\s*\]\]?")
 _KEY = re.compile(r"^\s*([A-Za-z0-9_-]+)\s*=")
 
@@ -26,21 +29,38 @@ class Table:
     `where` is the dotted path that messages show, `lines` the line of each key of the file.
     """
 
+    __slots__ = ("_data", "_lines", "_read", "file", "where")
+
     def __init__(self, data: dict[str, Any], file: str, where: str, lines: dict[str, int]) -> None:
         self._data = dict(data)
         self._read: set[str] = set()
         self.file, self.where, self._lines = file, where, lines
 
+    def place(self, key: str) -> str:
+        """Return file, line and path of `key`, as messages begin."""
+        name = key if _BARE.fullmatch(key) else shown(key)
+        path = f"{self.where}.{name}" if self.where else name
+        line = self._lines.get(path) or self._lines.get(self.where)
+        return f"{self.file}:{line}: {path}" if line else f"{self.file}: {path}"
+
     def error(self, key: str, message: str) -> RecipeError:
         """Return the error that names file, line and key."""
-        path = f"{self.where}.{key}" if self.where else key
-        line = self._lines.get(path) or self._lines.get(self.where)
-        at = f"{self.file}:{line}" if line else self.file
-        return RecipeError(f"{at}: {path}: {message}")
+        return RecipeError(f"{self.place(key)}: {message}")
 
     def has(self, key: str) -> bool:
         """Whether the table states `key`."""
         return key in self._data
+
+    def one_of(self, *keys: str) -> str:
+        """Return which of `keys` is stated: exactly one of them has to be."""
+        stated = [key for key in keys if self.has(key)]
+        self._read.update(keys)
+        if not stated:
+            raise self.error(keys[0], f"missing; expected exactly one of {', '.join(keys)}")
+        if len(stated) > 1:
+            beside = f"found beside {stated[0]}, expected exactly one of {', '.join(keys)}"
+            raise self.error(stated[1], beside)
+        return stated[0]
 
     def take(self, key: str, default: Any = ...) -> Any:
         """Return the raw value of `key`; without `default` the key is required."""
@@ -55,23 +75,39 @@ class Table:
         """Return a finite number within `low`…`high`."""
         value = self.take(key, default)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise self.error(key, f"found {value!r}, expected a number")
+            raise self.error(key, f"found {shown(value)}, expected a number")
         if not low <= value <= high:
-            raise self.error(key, f"found {value}, expected {low:g} to {high:g}")
+            raise self.error(key, f"found {shown(value)}, expected {low:g} to {high:g}")
         return float(value)
 
+    def optional(self, key: str, low: float, high: float) -> float | None:
+        """Return a finite number within `low`…`high`, None where `key` is absent."""
+        if self.take(key, None) is None:
+            return None
+        return self.number(key, low, high)
+
+    def whole(self, key: str, low: int, high: int, default: int) -> int:
+        """Return a whole number within `low`…`high`."""
+        value = self.take(key, default)
+        if type(value) is not int:
+            raise self.error(key, f"found {shown(value)}, expected a whole number")
+        return int(self.number(key, low, high, default))
+
     def text(self, key: str, default: Any = ..., choices: tuple[str, ...] = ()) -> str:
-        """Return a string, one of `choices` if there are any."""
+        """Return a string on one line, one of `choices` if there are any."""
         value = self.take(key, default)
         if not isinstance(value, str):
-            raise self.error(key, f"found {value!r}, expected text")
+            raise self.error(key, f"found {shown(value)}, expected text")
         if choices and value not in choices:
-            raise self.error(key, f"found {value!r}, expected one of {', '.join(choices)}")
+            raise self.error(key, f"found {shown(value)}, expected one of {', '.join(choices)}")
+        if len(value) > MAX_TEXT or not value.isprintable():
+            expected = f"one line of at most {MAX_TEXT} printable characters"
+            raise self.error(key, f"found {shown(value)}, expected {expected}")
         return value
 
-    def table(self, key: str) -> Table:
+    def table(self, key: str, default: Any = ...) -> Table:
         """Return the sub-table `key`."""
-        value = self.take(key)
+        value = self.take(key, default)
         if not isinstance(value, dict):
             raise self.error(key, "expected a table")
         return self._child(value, key)
@@ -97,6 +133,32 @@ class Table:
         return Table(data, self.file, where, self._lines)
 
 
+def shown(value: Any) -> str:
+    """Return `value` for a message: on one line and short."""
+    if isinstance(value, dict):
+        return "a table"
+    if isinstance(value, list) and len(value) > 8:
+        return f"a list of {len(value)}"
+    try:
+        text = repr(value)
+    except ValueError:  # an integer too long for Python to print
+        return "a huge number"
+    return text if len(text) <= 60 else f"{text[:57]}…"
+
+
+def read_bounded(path: Path, most: int) -> bytes:
+    """Return the bytes of `path`, of which no more than `most` + 1 are ever taken to memory.
+
+    Raises OSError, and RecipeError when there are more than `most`; the message is to follow
+    the name of the file.
+    """
+    with path.open("rb") as file:
+        data = file.read(most + 1)
+    if len(data) > most:
+        raise RecipeError(f"larger than {most} bytes")
+    return data
+
+
 def read_table(path: Path, file: str | None = None) -> Table:
     """Return the root table of the TOML file `path`, called `file` in messages.
 
@@ -104,18 +166,19 @@ def read_table(path: Path, file: str | None = None) -> Table:
     """
     file = file or str(path)
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise RecipeError(f"{file}: larger than {MAX_BYTES} bytes")
-        text = path.read_bytes().decode("utf-8")
+        text = read_bounded(path, MAX_BYTES).decode("utf-8")
         data = tomllib.loads(text)
     except OSError as error:
         raise RecipeError(f"{file}: {error.strerror}") from error
+    except RecipeError as error:
+        raise RecipeError(f"{file}: {error}") from error
     except UnicodeDecodeError as error:
         raise RecipeError(f"{file}: not UTF-8 at byte {error.start}") from error
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    # A ValueError that is no TOMLDecodeError: an integer of more digits than Python reads.
+    except (ValueError, RecursionError) as error:
         found = re.search(r"\(at line (\d+)", str(error))
         at = f"{file}:{found[1]}" if found else file
-        raise RecipeError(f"{at}: not valid TOML: {error}") from error
+        raise RecipeError(f"{at}: not valid TOML: {' '.join(str(error).split())}") from error
     return Table(data, file, "", _lines_of(text))
 
 
