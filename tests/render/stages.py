@@ -166,11 +166,10 @@ def cloth_material(
 
 def picture(stage: Usd.Stage, size: int | tuple[int, int] = 33, spp: int = 64, **more: Any) -> Any:
     """Return pixels (H, W, 3) and losses of a small render of an open stage."""
-    import mitsuba as mi
-
+    from weaveusd.render.trace import trace
     from weaveusd.render.translate import translate
 
     width, height = (size, size) if isinstance(size, int) else size
     made = translate(stage, width=width, height=height, **more)
-    image = np.array(mi.render(made.scene, spp=spp, seed=3))[..., :3]
+    image = trace(made.scene, (width, height), spp, seed=3)
     return image, [str(loss) for loss in made.losses]

@@ -10,6 +10,7 @@ from pxr import Sdf, UsdGeom, UsdLux, UsdShade, UsdUtils
 
 from tests.render.cloths import optics, plain_arrays, with_gaps
 from tests.render.stages import (
+    SQUARE,
     SQUARE_ST,
     add_camera,
     add_dome,
@@ -224,3 +225,20 @@ def test_a_huge_texture_is_refused_before_it_takes_memory(
     (textures_of(stage) / "opacity.png").write_bytes(b"\x89PNG\r\n\x1a\n" + chunk)
     with pytest.raises(StageError, match=r"opacity\.png (has 200000 x 500000|is no image)"):
         picture(stage, 4, 1)
+
+
+def test_the_sun_shines_through_the_gaps(mi: Any, stage: Any) -> None:
+    # A net of gaps alone, between the sun and a card: the card is lit as if it were not there.
+    stage.RemovePrim("/World/Dome")
+    stage.RemovePrim("/World/Card")
+    add_mesh(stage, "/World/Wall", color=(0.5, 0.5, 0.5))
+    lit, _ = picture(stage, 8, 16)
+    net = add_mesh(stage, "/World/Net", points=[(20 * x, 20 * y, 2) for x, y, _ in SQUARE])
+    bind(net, UsdShade.Material(stage.GetPrimAtPath("/World/Cloth")))
+    shaded, _ = picture(stage, 8, 16)
+    assert shaded.mean() < 0.9 * lit.mean()  # one gap in four, and what the yarns let through
+    arrays = plain_arrays(size=8)
+    write_cloth(textures_of(stage), with_gaps(arrays, np.ones((8, 8), bool)))
+    through, losses = picture(stage, 8, 16)
+    np.testing.assert_allclose(through, lit, rtol=1e-3)
+    assert losses == []

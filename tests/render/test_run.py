@@ -69,6 +69,13 @@ def test_the_same_seed_gives_the_same_bytes(
     assert run("first", 5) != run("third", 6)
 
 
+def test_not_even_the_last_bit_depends_on_the_threads(mi: Any, scene: Path) -> None:
+    first = weaveusd.render(scene, width=100, height=100, spp=24).image
+    for _ in range(5):
+        again = weaveusd.render(scene, width=100, height=100, spp=24).image
+        np.testing.assert_array_equal(again, first)
+
+
 def test_another_process_gives_the_same_bytes(mi: Any, scene: Path, tmp_path: Path) -> None:
     output = tmp_path / "here.exr"
     weaveusd.render(scene, output, width=24, spp=4)
@@ -81,11 +88,11 @@ def test_another_process_gives_the_same_bytes(mi: Any, scene: Path, tmp_path: Pa
 def test_many_small_passes_are_one_picture(
     mi: Any, scene: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from weaveusd.render import run
+    from weaveusd.render import trace
 
     told: list[float] = []
     whole = weaveusd.render(scene, width=16, height=16, spp=64)
-    monkeypatch.setattr(run, "_SAMPLES_A_PASS", 16 * 16 * 20)
+    monkeypatch.setattr(trace, "SAMPLES_A_PASS", 16 * 16 * 20)
     parts = weaveusd.render(scene, width=16, height=16, spp=64, progress=told.append)
     assert told == [20 / 64, 40 / 64, 60 / 64, 1.0]
     assert parts.image.mean() == pytest.approx(whole.image.mean(), rel=0.01)

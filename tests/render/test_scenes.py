@@ -100,9 +100,7 @@ def test_scene_asset_and_layer_can_move_together(tmp_path: Path, asset: Path) ->
 
 
 @pytest.mark.parametrize("name", list(DRESSED))
-def test_a_dressed_scene_shows_the_cloth(
-    mi: Any, tmp_path: Path, asset: Path, name: str
-) -> None:
+def test_a_dressed_scene_shows_the_cloth(mi: Any, tmp_path: Path, asset: Path, name: str) -> None:
     output = dress(scene_path(name), asset, tmp_path / "dressed.usda")
     result = weaveusd.render(output, width=24, height=24, spp=32)
     assert result.losses == ()

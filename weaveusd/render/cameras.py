@@ -44,7 +44,7 @@ def aspect_of(prim: Usd.Prim | None) -> float:
     """Return width over height of the camera's aperture; 1 without a camera."""
     if prim is None:
         return 1.0
-    across, up = _aperture(UsdGeom.Camera(prim), Usd.TimeCode.Default())
+    across, up = _aperture(UsdGeom.Camera(prim), Usd.TimeCode.EarliestTime())
     return across / up
 
 

@@ -62,7 +62,7 @@ def emission(prim: Usd.Prim, time: Usd.TimeCode) -> Doubles:
     return np.asarray(total)
 
 
-def _rect(prim: Usd.Prim, placing: Placing, losses: Losses) -> Entry:
+def _rect(prim: Usd.Prim, placing: Placing, losses: Losses) -> Entry | None:
     light, time = UsdLux.RectLight(prim), placing.time
     width, height = light.GetWidthAttr().Get(time), light.GetHeightAttr().Get(time)
     if light.GetTextureFileAttr().Get(time):
@@ -70,15 +70,15 @@ def _rect(prim: Usd.Prim, placing: Placing, losses: Losses) -> Entry:
     matrix = rotation("Y", 180) @ scaling(width / 2, height / 2, 1)
     axes = placing.unscaled(prim)[:3, :3] @ matrix[:3, :3]
     area = 4 * float(np.linalg.norm(np.cross(axes[:, 0], axes[:, 1])))
-    return _area_light("rectangle", placing.world(prim) @ matrix, prim, area, time)
+    return _area_light("rectangle", placing.world(prim) @ matrix, prim, area, placing, losses)
 
 
-def _disk(prim: Usd.Prim, placing: Placing, losses: Losses) -> Entry:
+def _disk(prim: Usd.Prim, placing: Placing, losses: Losses) -> Entry | None:
     radius = UsdLux.DiskLight(prim).GetRadiusAttr().Get(placing.time)
     matrix = rotation("Y", 180) @ scaling(radius, radius, 1)
     axes = placing.unscaled(prim)[:3, :3] @ matrix[:3, :3]
     area = math.pi * float(np.linalg.norm(np.cross(axes[:, 0], axes[:, 1])))
-    return _area_light("disk", placing.world(prim) @ matrix, prim, area, placing.time)
+    return _area_light("disk", placing.world(prim) @ matrix, prim, area, placing, losses)
 
 
 def _sphere(prim: Usd.Prim, placing: Placing, losses: Losses) -> Entry | None:
@@ -90,14 +90,12 @@ def _sphere(prim: Usd.Prim, placing: Placing, losses: Losses) -> Entry | None:
     if scale is None:
         losses.approximated(prim, "stretched sphere light is shown as a sphere of equal volume")
         scale = abs(float(np.linalg.det(world[:3, :3]))) ** (1 / 3)
-    if not radius > 0:
-        losses.dropped(prim, f"sphere light has radius {radius:g}")
-        return None
     world_radius = radius * scale
     matrix = np.eye(4)
     matrix[:3, 3] = placing.world(prim)[:3, 3]
     matrix = matrix @ scaling(*(world_radius * placing.scale,) * 3)
-    return _area_light("sphere", matrix, prim, 4 * math.pi * world_radius**2, time)
+    area = 4 * math.pi * world_radius**2
+    return _area_light("sphere", matrix, prim, area, placing, losses)
 
 
 def _distant(prim: Usd.Prim, placing: Placing, losses: Losses) -> Entry:
@@ -164,9 +162,13 @@ def _pole(prim: Usd.Prim, light: Any, time: Usd.TimeCode) -> str:
 
 
 def _area_light(
-    shape: str, matrix: Doubles, prim: Usd.Prim, area: float, time: Usd.TimeCode
-) -> Entry:
-    """Return a black shape that emits; `area` in stage units."""
+    shape: str, matrix: Doubles, prim: Usd.Prim, area: float, placing: Placing, losses: Losses
+) -> Entry | None:
+    """Return a black shape that emits, None for one without extent; `area` in stage units."""
+    if singular(matrix):
+        losses.dropped(prim, "light has no extent")
+        return None
+    time = placing.time
     radiance = emission(prim, time)
     if UsdLux.LightAPI(prim).GetNormalizeAttr().Get(time) and area > 0:
         radiance = radiance / area

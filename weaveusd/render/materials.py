@@ -24,13 +24,15 @@ DEFAULT_GRAY = 0.18
 class Look:
     """A material ready for shapes: the BSDF's dictionary, and what a shape must bring.
 
-    `opaque` BSDFs have a black back until they are made two-sided.
+    `opaque` BSDFs have a black back until they are made two-sided; `pierced` ones let light pass
+    straight through some of their points.
     """
 
     bsdf: dict[str, Any]
     uv: str | None = None
     emission: dict[str, Any] | None = None
     opaque: bool = True
+    pierced: bool = False
 
 
 @dataclass(slots=True)
@@ -78,7 +80,7 @@ class Looks:
         except StageError as error:
             self.losses.dropped(shader.GetPrim(), str(error))
             return None
-        return Look(made.bsdf, made.uv, made.emission, made.opaque)
+        return Look(made.bsdf, made.uv, made.emission, made.opaque, pierced=not made.opaque)
 
     def _exact(self, material: UsdShade.Material) -> Look | None:
         shader = _surface(material, contract.MITSUBA_CONTEXT)
@@ -91,13 +93,16 @@ class Looks:
             )
             return None
         bsdf, uv = cloth.translate(shader, self.time, self.losses)
-        return Look(bsdf, uv, opaque=False)
+        return Look(bsdf, uv, opaque=False, pierced=True)
 
 
-def default_look(color: dict[str, Any] | None) -> Look:
-    """Return the look of what binds nothing: diffuse, in `color` or in gray."""
-    gray = {"type": "rgb", "value": [DEFAULT_GRAY] * 3}
-    return Look({"type": "diffuse", "reflectance": color or gray})
+def default_look(color: dict[str, Any]) -> Look:
+    """Return the look of what binds nothing but has a display color."""
+    return Look({"type": "diffuse", "reflectance": color})
+
+
+PLAIN = default_look({"type": "rgb", "value": [DEFAULT_GRAY] * 3})
+VERTEX_COLORED = default_look({"type": "mesh_attribute", "name": "vertex_color"})
 
 
 def _surface(material: UsdShade.Material, context: str) -> UsdShade.Shader | None:

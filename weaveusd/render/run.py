@@ -6,27 +6,16 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from weaveusd import contract
 from weaveusd.errors import InputError
 from weaveusd.render.model import RenderResult
-from weaveusd.render.variant import SCALAR, prepare
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from weaveusd.render.variant import prepare
 
 __all__ = ["MAX_PIXELS", "RenderResult", "render"]
 
 MAX_PIXELS = 16384
 """Pixels along a side of a picture."""
-
-_SAMPLES_A_PASS = 1 << 23
-"""Samples traced at once; memory grows with them."""
-
-_NEXT_SEED = 0x9E3779B1
 
 
 def render(
@@ -85,6 +74,7 @@ def render(
     active = prepare(variant)
 
     from weaveusd.render.cameras import aspect_of, find_camera
+    from weaveusd.render.trace import trace
     from weaveusd.render.translate import translate
     from weaveusd.stage import open_stage
 
@@ -93,7 +83,7 @@ def render(
         aspect = aspect_of(find_camera(opened, camera))
         height = min(max(round(width / aspect), 1), MAX_PIXELS)
     translation = translate(opened, width=width, height=height, camera=camera, context=context)
-    image = _trace(translation.scene, (width, height), spp, seed, active, progress)
+    image = trace(translation.scene, (width, height), spp, seed, progress)
     if target is not None:
         from weaveusd.render.pictures import write_picture
 
@@ -118,27 +108,3 @@ def _check_numbers(width: int, height: int | None, spp: int, seed: int) -> None:
         raise InputError(f"spp is {spp}, expected 1 to {1 << 20} samples a pixel")
     if not 0 <= seed < 1 << 32:
         raise InputError(f"seed is {seed}, expected 0 to {(1 << 32) - 1}")
-
-
-def _trace(
-    scene: Any, size: tuple[int, int], spp: int, seed: int, variant: str,
-    progress: Callable[[float], None] | None,
-) -> NDArray[np.float32]:  # fmt: skip
-    """Return the mean of passes that are small enough for memory; read-only."""
-    import mitsuba as mi
-
-    pixels = size[0] * size[1]
-    # A scalar pass is walked pixel by pixel and takes no memory, but a sign of life is due.
-    most = max(1, _SAMPLES_A_PASS // pixels) if variant != SCALAR else max(1, spp // 8)
-    total = np.zeros((size[1], size[0], 3), np.float64)
-    done, number = 0, 0
-    while done < spp:
-        now = min(most, spp - done)
-        passed = mi.render(scene, spp=now, seed=(seed + number * _NEXT_SEED) % (1 << 32))
-        total += np.asarray(passed, np.float64)[..., :3] * now
-        done, number = done + now, number + 1
-        if progress is not None:
-            progress(done / spp)
-    image = (total / spp).astype(np.float32)
-    image.flags.writeable = False
-    return image

@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from weaveusd.render.model import Losses
-from weaveusd.render.xforms import rotation, scaling, to_mitsuba, uniform_scale
+from weaveusd.render.xforms import rotation, scaling, singular, to_mitsuba, uniform_scale
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,31 +21,28 @@ def translate(
 ) -> dict[str, Any] | None:
     """Return the shape's dictionary without material, or None where it is dropped."""
     if prim.IsA(UsdGeom.Sphere):
-        return _sphere(prim, world, time, losses)
-    if prim.IsA(UsdGeom.Cube):
-        half = UsdGeom.Cube(prim).GetSizeAttr().Get(time) / 2
-        return {"type": "cube", "to_world": to_mitsuba(world @ scaling(half, half, half))}
-    if prim.IsA(UsdGeom.Plane):
-        return _plane(prim, world, time)
-    losses.dropped(prim, f"{prim.GetTypeName()} is not supported")
-    return None
-
-
-def _sphere(
-    prim: Usd.Prim, world: Doubles, time: Usd.TimeCode, losses: Losses
-) -> dict[str, Any] | None:
-    radius = UsdGeom.Sphere(prim).GetRadiusAttr().Get(time)
-    if not radius > 0:
-        losses.dropped(prim, f"sphere has radius {radius:g}")
+        kind, size = "sphere", scaling(*(UsdGeom.Sphere(prim).GetRadiusAttr().Get(time),) * 3)
+        if uniform_scale(world) is None:
+            losses.dropped(prim, "sphere stretched to an ellipsoid")
+            return None
+    elif prim.IsA(UsdGeom.Cube):
+        kind, size = "cube", scaling(*(UsdGeom.Cube(prim).GetSizeAttr().Get(time) / 2,) * 3)
+    elif prim.IsA(UsdGeom.Plane):
+        kind, size = "rectangle", _plane(prim, time)
+    else:
+        losses.dropped(prim, f"{prim.GetTypeName()} is not supported")
         return None
-    if uniform_scale(world) is None:
-        losses.dropped(prim, "sphere stretched to an ellipsoid")
+    if singular(size):
+        losses.dropped(prim, f"{kind} has no extent")
         return None
-    return {"type": "sphere", "to_world": to_mitsuba(world @ scaling(radius, radius, radius))}
+    return {"type": kind, "to_world": to_mitsuba(world @ size)}
 
 
-def _plane(prim: Usd.Prim, world: Doubles, time: Usd.TimeCode) -> dict[str, Any]:
-    """Return a rectangle. USD: width runs along x, or z for axis X; length along y, or z for Y."""
+def _plane(prim: Usd.Prim, time: Usd.TimeCode) -> Doubles:
+    """Return what makes Mitsuba's rectangle a plane of USD.
+
+    Its width runs along x, or z for axis X; its length along y, or z for axis Y.
+    """
     plane = UsdGeom.Plane(prim)
     half_width, half_length = (
         plane.GetWidthAttr().Get(time) / 2,
@@ -58,5 +55,4 @@ def _plane(prim: Usd.Prim, world: Doubles, time: Usd.TimeCode) -> dict[str, Any]
         turn = rotation("X", -90)
     else:
         turn = np.eye(4)
-    matrix = world @ turn @ scaling(half_width, half_length, 1)
-    return {"type": "rectangle", "to_world": to_mitsuba(matrix)}
+    return turn @ scaling(half_width, half_length, 1)

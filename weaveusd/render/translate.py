@@ -15,6 +15,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from weaveusd import contract
+from weaveusd.errors import StageError
 from weaveusd.render import cameras, lights, materials, meshes, shapes
 from weaveusd.render.model import Loss, Losses
 from weaveusd.render.xforms import Placing, picture_scale, singular, stage_bounds
@@ -40,7 +41,7 @@ def translate(
     camera: str | None = None,
     context: str = contract.MITSUBA_CONTEXT,
 ) -> Translation:
-    """Return the scene of `stage` at its default time, for a picture of the given pixels.
+    """Return the scene of `stage` at its earliest time, for a picture of the given pixels.
 
     Parameters
     ----------
@@ -58,7 +59,8 @@ def translate(
     Raises
     ------
     StageError
-        When the camera is none, or a cloth's inputs or textures are broken.
+        When the camera is none, a cloth's inputs or textures are broken, or Mitsuba refuses
+        the scene.
     InputError
         For an unknown context.
     """
@@ -70,7 +72,7 @@ class _Walk:
 
     def __init__(self, stage: Usd.Stage, context: str) -> None:
         self.stage = stage
-        self.time = Usd.TimeCode.Default()
+        self.time = Usd.TimeCode.EarliestTime()
         self.losses = Losses()
         self.looks = materials.Looks(context, self.time, self.losses)
         self.bounds = stage_bounds(stage, self.time)
@@ -79,6 +81,8 @@ class _Walk:
         self.entries: list[Any] = []
         self.bsdfs: dict[tuple[int, bool], tuple[materials.Look, Any]] = {}
         self.environment: str | None = None
+        self.pierced = False  # some surface lets light pass straight
+        self.distant = False  # some light has no size, so only shadow rays find it
 
     def scene(self, size: tuple[int, int], camera: str | None) -> Translation:
         """Return the scene of everything that is visible."""
@@ -86,6 +90,8 @@ class _Walk:
         for error in self.stage.GetCompositionErrors():
             where = str(getattr(error, "rootSite", "")) or "/"
             self.losses.dropped(where, " ".join(str(error).split())[:300])
+        if self.stage.GetStartTimeCode() < self.stage.GetEndTimeCode():
+            self.losses.approximated("/", "animation is shown at its first moment")
         shines = self._gather()
         if not shines:
             self.losses.approximated("/", "stage has no light: a white dome lights it")
@@ -100,16 +106,22 @@ class _Walk:
             "type": "hdrfilm",
             "width": size[0],
             "height": size[1],
+            "rfilter": {"type": "box"},
             "pixel_format": "rgb",
             "component_format": "float32",
         }
         description: dict[str, Any] = {
             "type": "scene",
-            "integrator": {"type": "path", "max_depth": MAX_DEPTH},
+            "integrator": {"type": self._integrator(), "max_depth": MAX_DEPTH},
             "sensor": sensor,
         }
         description |= {f"entry_{k:05d}": entry for k, entry in enumerate(self.entries)}
-        scene = mi.load_dict(description, parallel=False, optimize=False)
+        try:
+            scene = mi.load_dict(description, parallel=False, optimize=False)
+        except RuntimeError as error:
+            root = self.stage.GetRootLayer().identifier
+            reason = " ".join(str(error).split())[:300]
+            raise StageError(f"{root}: Mitsuba refuses the scene: {reason}") from None
         path = str(eye.GetPath()) if eye is not None else ""
         return Translation(scene, self.losses.as_tuple(), path)
 
@@ -131,6 +143,8 @@ class _Walk:
                 walk.PruneChildren()
             elif prim.IsA(UsdGeom.Gprim):
                 shines |= self._add_shape(prim)
+            elif _is_unknown(prim):
+                self.losses.dropped(prim, f"type {prim.GetTypeName()} is unknown")
         return shines
 
     def _add_light(self, prim: Usd.Prim) -> bool:
@@ -142,12 +156,16 @@ class _Walk:
                 self.losses.dropped(prim, f"second dome: {self.environment} is the only one shown")
                 return True
             self.environment = str(prim.GetPath())
+        self.distant |= entry["type"] == "directional"
         self.entries.append(entry)
         return True
 
     def _add_shape(self, prim: Usd.Prim) -> bool:
         """Collect a surface; return whether its material shines."""
         world = self.placing.world(prim)
+        opacity = UsdGeom.Gprim(prim).GetDisplayOpacityAttr().Get(self.time)
+        if opacity and min(opacity) < 1:
+            self.losses.dropped(prim, "displayOpacity below 1: the shape is opaque")
         if singular(world):
             self.losses.dropped(prim, "shape is flattened by its transform")
             return False
@@ -167,7 +185,7 @@ class _Walk:
         look, color, uv = self.looks.of(part.prim), None, None
         if look is None:
             color = meshes.corner_primvar(prim, "displayColor", 3, surface, self.time, self.losses)
-            look = _vertex_colored() if color is not None else materials.default_look(None)
+            look = materials.VERTEX_COLORED if color is not None else materials.PLAIN
         if look.uv is not None:
             uv = meshes.corner_primvar(prim, look.uv, 2, surface, self.time, self.losses)
             if uv is None:
@@ -185,7 +203,7 @@ class _Walk:
         if look is None:
             colors = UsdGeom.Gprim(prim).GetDisplayColorAttr().Get(self.time)
             color = {"type": "rgb", "value": [float(v) for v in colors[0]]} if colors else None
-            look = materials.default_look(color)
+            look = materials.default_look(color) if color else materials.PLAIN
         if look.uv is not None:
             self.losses.approximated(
                 prim, f"{prim.GetTypeName()} has no texture coordinates {look.uv} in USD"
@@ -198,6 +216,7 @@ class _Walk:
 
     def _bsdf(self, look: materials.Look, both_sides: bool) -> Any:
         """Return the BSDF, one object for all shapes that share a look."""
+        self.pierced |= look.pierced
         key = (id(look), both_sides)
         if key not in self.bsdfs:
             bsdf = look.bsdf
@@ -207,14 +226,14 @@ class _Walk:
             self.bsdfs[key] = (look, mi.load_dict(bsdf, parallel=False, optimize=False))
         return self.bsdfs[key][1]
 
+    def _integrator(self) -> str:
+        """Return the integrator: the plain one stops shadow rays at gaps, the other does not."""
+        return "volpath" if self.pierced and self.distant else "path"
+
     def _extent(self) -> float:
         if self.bounds is None:
             return 1.0
         return float(np.linalg.norm(self.bounds[1] - self.bounds[0])) * self.placing.scale or 1.0
-
-
-def _vertex_colored() -> materials.Look:
-    return materials.default_look({"type": "mesh_attribute", "name": "vertex_color"})
 
 
 def _is_drawn(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
@@ -225,6 +244,12 @@ def _is_drawn(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
     if imageable.ComputeVisibility(time) == UsdGeom.Tokens.invisible:
         return False
     return imageable.ComputePurpose() in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+
+
+def _is_unknown(prim: Usd.Prim) -> bool:
+    """Return whether no schema defines the type that a prim says it is."""
+    name = prim.GetTypeName()
+    return bool(name) and not Usd.SchemaRegistry().FindConcretePrimDefinition(name)
 
 
 def _both_sides(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
