@@ -49,7 +49,7 @@ def drape(
     v = np.zeros_like(p)
     for step in range(steps):
         # A shape at rest does not depend on gravity, but what a sweep leaves of a stretch does:
-        # the last third hangs in a weak field and is swept more often.
+        # the last third hangs in a weak field, slides on the ball and is swept more often.
         settling = step >= 2 * steps // 3
         v[..., 1] -= (0.1 if settling else 1.0) * GRAVITY * STEP
         before = p
@@ -57,7 +57,7 @@ def drape(
         for _ in range(40 if settling else 12):
             for (down, right), stiffness in _LINKS:
                 _pull(p, down, right, spacing * float(np.hypot(down, right)), stiffness)
-            _collide(p, before, middle, radius)
+            _collide(p, before, middle, radius, 0.02 if settling else FRICTION)
         v = (p - before) / STEP * DRAG
     return p
 
@@ -82,7 +82,7 @@ def _pull(p: Doubles, down: int, right: int, rest: float, stiffness: float) -> N
         second -= move
 
 
-def _collide(p: Doubles, before: Doubles, center: Doubles, radius: float) -> None:
+def _collide(p: Doubles, before: Doubles, center: Doubles, radius: float, friction: float) -> None:
     """Push vertices out of ball and floor, in place, and hold them back where they touch."""
     away = p - center
     distance = np.sqrt(np.sum(away * away, axis=-1, keepdims=True))
@@ -91,5 +91,5 @@ def _collide(p: Doubles, before: Doubles, center: Doubles, radius: float) -> Non
     normal = away / np.maximum(distance, 1e-9)
     slip = outside - before
     slip = slip - normal * np.sum(slip * normal, axis=-1, keepdims=True)
-    p[...] = np.where(touching, outside - FRICTION * slip, p)
+    p[...] = np.where(touching, outside - friction * slip, p)
     np.maximum(p[..., 1], THICKNESS, out=p[..., 1])

@@ -247,6 +247,32 @@ def test_nothing_is_dropped_in_silence(mi: Any, stage: Any) -> None:
     ]
 
 
+def test_values_that_are_no_numbers_are_reported(mi: Any, stage: Any) -> None:
+    add_mesh(stage, color=(float("nan"), 0, 0))
+    add_mesh(stage, "/World/Far", points=((0, 0, float("inf")), (1, 0, 0), (0, 1, 0), (1, 1, 0)))
+    stage.DefinePrim("/World/Odd", "MadeUpType")
+    stage.SetStartTimeCode(1)
+    stage.SetEndTimeCode(24)
+    _, losses = picture(stage, 4, 1)
+    assert losses == [
+        "/: animation is shown at its first moment (approximated)",
+        "/World/Card: primvar displayColor holds a value that is no finite number (dropped)",
+        "/World/Far: mesh has a point that is no finite number (dropped)",
+        "/World/Odd: type MadeUpType is unknown (dropped)",
+    ]
+
+
+def test_a_moving_stage_is_shown_at_its_first_moment(mi: Any, stage: Any) -> None:
+    mesh = add_mesh(stage, color=RED)
+    move = mesh.AddTranslateOp()
+    move.Set((0, 0, 0), 1)
+    move.Set((50, 0, 0), 2)
+    color = mesh.GetDisplayColorAttr()
+    color.Clear()
+    color.Set([Gf.Vec3f(*GREEN)], 1)
+    assert middle(stage)[0] == pytest.approx(GREEN, rel=0.03)
+
+
 def test_missing_references_are_reported(mi: Any, stage: Any) -> None:
     stage.DefinePrim("/World/Gone").GetReferences().AddReference("./gone.usda")
     _, losses = picture(stage, 4, 1)

@@ -119,6 +119,7 @@ class Cloth:
             filter_mode=dr.FilterMode.Nearest,
             wrap_mode=dr.WrapMode.Repeat,
         )
+        # The yarn's index is bounded where it is used: an optimizer may have moved the texels.
         self.optics = {name: optics[i].array for i, name in enumerate(YARN_INPUTS)}
         self.repeats = mi.ScalarVector2f(*repeats)
         # Opaque values keep kernels alike, so that other cloths reuse them.
@@ -139,7 +140,8 @@ class Cloth:
         flip = mi.Vector3f(1, dr.select(mirrored, -1.0, 1.0), 1)
         normal = flip * mi.Vector3f(*texel[NORMAL : NORMAL + 3])
         tangent = flip * mi.Vector3f(*texel[TANGENT : TANGENT + 3])
-        index = mi.UInt32(texel[YARN] + 0.5)
+        last = mi.UInt32(len(self.optics["eta"]) - 1)
+        index = dr.minimum(mi.UInt32(dr.maximum(texel[YARN], 0) + 0.5), last)
         optics = [_gather(self.optics[name], index, active) for name in YARN_INPUTS]
         color = mi.Color3f(*texel[COLOR : COLOR + 3])
         return normal, tangent, lobes.LobeParameters(color, *optics)

@@ -110,6 +110,9 @@ def corner_primvar(
     if not primvar or not primvar.HasValue():
         return None
     values = _array(primvar.ComputeFlattened(time), width)
+    if not np.isfinite(values).all():
+        losses.dropped(prim, f"primvar {name} holds a value that is no finite number")
+        return None
     return _spread(
         prim, f"primvar {name}", values, primvar.GetInterpolation(), surface.counts,
         surface.indices, losses,
