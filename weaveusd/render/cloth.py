@@ -10,8 +10,9 @@ from pxr import Usd, UsdShade
 from weaveusd import contract
 from weaveusd.errors import StageError
 from weaveusd.render import textures
-from weaveusd.render.bsdf import packed_bsdf_dict, yarn_table
+from weaveusd.render.bsdf import packed_bsdf_dict
 from weaveusd.render.model import Losses
+from weaveusd.render.optics import yarn_table
 from weaveusd.render.packing import PACKED_CHANNELS, pack
 
 if TYPE_CHECKING:

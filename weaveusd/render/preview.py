@@ -12,6 +12,7 @@ from pxr import Usd, UsdShade
 from weaveusd.errors import StageError
 from weaveusd.render import textures
 from weaveusd.render.model import Losses
+from weaveusd.render.nodes import feeding_node, four_channels, node_value, transform_2d
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -169,7 +170,7 @@ class _Network:
 
     def _value(self, name: str) -> Any:
         """Return an input's own value, or the fallback that UsdPreviewSurface has for it."""
-        value = _node_value(self.shader, name, self.time)
+        value = node_value(self.shader, name, self.time)
         return _FALLBACKS[name] if value is None else value
 
     def _number(self, name: str) -> float:
@@ -197,12 +198,12 @@ class _Network:
         path = node.GetPath()
         where = f"{path}.inputs:file"
         image = textures.read_image(
-            textures.resolved(_node_value(node, "file", self.time), where), where
+            textures.resolved(node_value(node, "file", self.time), where), where
         )
-        space = str(_node_value(node, "sourceColorSpace", self.time) or "auto")
-        pixels = _four(textures.linear(image, space))
+        space = str(node_value(node, "sourceColorSpace", self.time) or "auto")
+        pixels = four_channels(textures.linear(image, space))
         for kind, neutral in (("scale", 1.0), ("bias", 0.0)):
-            given = _node_value(node, kind, self.time)
+            given = node_value(node, kind, self.time)
             factor = np.array(given if given is not None else (neutral,) * 4, np.float32)
             pixels = pixels * factor if kind == "scale" else pixels + factor
         if output == "rgb":
@@ -227,7 +228,7 @@ class _Network:
 
     def _wrap(self, node: UsdShade.Shader) -> str:
         wrap_s, wrap_t = (
-            str(_node_value(node, name, self.time) or "useMetadata") for name in ("wrapS", "wrapT")
+            str(node_value(node, name, self.time) or "useMetadata") for name in ("wrapS", "wrapT")
         )
         mode = _WRAPS.get(wrap_s, "clamp")
         if "black" in (wrap_s, wrap_t):
@@ -241,11 +242,11 @@ class _Network:
         matrix = np.array(((1.0, 0.0, 0.0), (0.0, -1.0, 1.0), (0.0, 0.0, 1.0)))
         feeding, attribute = node, "st"
         for _ in range(16):
-            source = _feeding(feeding, attribute)
+            source = feeding_node(feeding, attribute)
             if source is None:
                 break
             if source.GetShaderId() == TRANSFORM_ID:
-                matrix = matrix @ _transform_2d(source, self.time)
+                matrix = matrix @ transform_2d(source, self.time)
                 feeding, attribute = source, "in"
                 continue
             if source.GetShaderId() == READER_ID:
@@ -257,52 +258,10 @@ class _Network:
         return matrix
 
     def _follow(self, reader: UsdShade.Shader) -> None:
-        name = str(_node_value(reader, "varname", self.time) or "st")
+        name = str(node_value(reader, "varname", self.time) or "st")
         if self.uv is None:
             self.uv = name
         elif self.uv != name:
             self.losses.approximated(
                 reader.GetPrim(), f"texture coordinates {name} are shown as {self.uv}"
             )
-
-
-def _node_value(node: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
-    """Return the value of an input through its connections, None if a node's output feeds it."""
-    given = node.GetInput(name)
-    if not given:
-        return None
-    for attribute in UsdShade.Utils.GetValueProducingAttributes(given):
-        if not UsdShade.Output.IsOutput(attribute):
-            return attribute.Get(time)
-    return given.Get(time)
-
-
-def _feeding(node: UsdShade.Shader, name: str) -> UsdShade.Shader | None:
-    given = node.GetInput(name)
-    if not given:
-        return None
-    for attribute in UsdShade.Utils.GetValueProducingAttributes(given):
-        shader = UsdShade.Shader(attribute.GetPrim())
-        if UsdShade.Output.IsOutput(attribute) and shader:
-            return shader
-    return None
-
-
-def _transform_2d(node: UsdShade.Shader, time: Usd.TimeCode) -> Doubles:
-    """Return T·R·S of a UsdTransform2d; it rotates counter-clockwise, in degrees."""
-    scale = _node_value(node, "scale", time)
-    shift = _node_value(node, "translation", time)
-    angle = np.radians(float(_node_value(node, "rotation", time) or 0.0))
-    c, s = float(np.cos(angle)), float(np.sin(angle))
-    sx, sy = scale if scale is not None else (1.0, 1.0)
-    tx, ty = shift if shift is not None else (0.0, 0.0)
-    rotated = np.array(((c, -s, tx), (s, c, ty), (0.0, 0.0, 1.0)))
-    return rotated @ np.diag((float(sx), float(sy), 1.0))
-
-
-def _four(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the pixels as RGBA: gray is repeated, a missing alpha is 1."""
-    channels = pixels.shape[2]
-    alpha = pixels[..., -1:] if channels in (2, 4) else np.ones_like(pixels[..., :1])
-    color = pixels[..., :3] if channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
-    return np.concatenate((color, alpha), axis=2)
