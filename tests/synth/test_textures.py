@@ -15,15 +15,25 @@ from tests.weaves import draft_of, plain, satin, twill, woven
 from weaveusd.cloth.weave import weave
 from weaveusd.contract import CHANNELS, GAP
 from weaveusd.synth.textures import synthesize, texture_size
+from weaveusd.synth.tones import lightness
+from weaveusd.yarn.irregularity import Irregularity
 from weaveusd.yarn.recipe import preset_names, read_preset
 
 CORPUS = Path(__file__).parents[3] / "shared" / "corpus"
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 WEAVES = {"plain": plain(), "twill": twill(), "satin": satin(), "2/1": twill(2, 1)}
 cloths = pytest.mark.parametrize(
     ("warp_up", "preset"),
     [(w, p) for w in WEAVES.values() for p in preset_names()],
     ids=[f"{w}-{p}" for w in WEAVES for p in preset_names()],
 )
+
+
+def regular(cloth, **changes):
+    """The cloth with yarns that are the same everywhere, but for `changes`."""
+    irregularity = Irregularity(**changes)
+    yarns = tuple(replace(y, irregularity=irregularity) for y in cloth.yarns)
+    return replace(cloth, yarns=yarns)
 
 
 def gradients(cloth, textures, height):
@@ -61,6 +71,9 @@ def test_normals_are_the_gradient_of_the_height(warp_up, preset):
                 0.02 * 2 * cloth.warp_height_mm[0]
             )
             inside &= np.roll(yarn, step, axis) == yarn
+            # Plies meet in a crease.
+            turn = np.sum(np.roll(out["normal"], step, axis) * out["normal"], -1)
+            inside &= turn > np.cos(np.radians(8))
     assert inside.mean() > 0.5
     assert np.percentile(angle[inside], 99) < 1.5
     assert np.median(angle[inside]) < 0.05
@@ -148,12 +161,96 @@ def test_bands_of_any_height_are_the_same_texels():
         np.testing.assert_array_equal(np.concatenate(bands), texels)
 
 
-def test_the_seed_moves_the_twist_and_nothing_else():
-    cloth = woven(twill(), "wool")
+def test_the_seed_moves_the_twist_of_a_regular_single_yarn_and_nothing_else():
+    cloth = regular(woven(twill(), "linen"))
     one, same, other = (synthesize(cloth, resolution=64, seed=s).whole() for s in (1, 1, 2))
     for name in CHANNELS:
         np.testing.assert_array_equal(one[name], same[name])
         assert np.array_equal(one[name], other[name]) == (name != "tangent")
+
+
+SLUBBY = {"thickness": 0.15, "thickness_correlation_mm": 0.7, "bend": 0.2}
+TINTED = {"color": 3.0, "color_correlation_mm": 0.8}
+
+
+@pytest.mark.parametrize("changes", [SLUBBY, TINTED, {"hairiness": 0.4}], ids=str)
+def test_what_is_irregular_still_tiles(changes):
+    """Across the border of the repeat, texels differ as they do between neighbours inside."""
+    cloth = regular(woven(np.tile(twill(), (2, 2)), "wool"), **changes)
+    out = synthesize(cloth, resolution=480, seed=5).whole()
+    for name in ("height", "normal", "tangent", "base_color", "opacity"):
+        for axis in (0, 1):
+            step = np.abs(np.diff(out[name], axis=axis)).mean((axis ^ 1, 2))
+            border = np.abs(np.take(out[name], 0, axis) - np.take(out[name], -1, axis)).mean()
+            assert border <= step.max() * 1.4 + 1e-9, (name, axis)
+
+
+def test_a_slub_keeps_its_normals_true_to_its_height():
+    cloth = regular(woven(twill(), "linen"), **SLUBBY)
+    textures = synthesize(cloth, resolution=600, seed=2)
+    out = textures.whole()
+    by_height = gradients(cloth, textures, out["height"][..., 0].astype(float))
+    angle = np.degrees(np.arccos(np.clip(np.sum(by_height * out["normal"], -1), -1, 1)))
+    assert np.median(angle) < 3
+
+
+def test_thickness_varies_as_much_as_it_was_told():
+    cloth = regular(
+        woven(np.tile(plain(), (15, 15)), "cotton"), thickness=0.15, thickness_correlation_mm=0.7
+    )
+    size = 30 * 15
+    height = synthesize(cloth, resolution=size, seed=3).whole()["height"][7::15, 7::15, 0]
+    half = 0.5 * cloth.warp_height_mm[0]
+    assert height[cloth.warp_up].std() == pytest.approx(0.15 * half, rel=0.2)
+
+
+@pytest.mark.parametrize("delta_e", [1.0, 3.0, 6.0])
+def test_a_patch_keeps_the_color_of_its_yarn(delta_e):
+    cloth = regular(
+        woven(np.tile(plain(), (30, 30)), "linen"), color=delta_e, color_correlation_mm=0.5
+    )
+    out = synthesize(cloth, resolution=600, seed=1).whole()
+    for k, yarn in enumerate(cloth.yarns):
+        found = out["base_color"][out["yarn_id"][..., 0] == k].astype(float)
+        y, wanted = found @ LUMINANCE, np.array(yarn.color) @ LUMINANCE
+        assert abs(lightness(y.mean()) - lightness(wanted)) < 1
+        assert lightness(y).std() == pytest.approx(delta_e, rel=0.25)
+
+
+def test_a_melange_shares_out_its_colors():
+    shares = (((0.6, 0.5, 0.4), 0.7), ((0.05, 0.05, 0.1), 0.3))
+    cloth = regular(woven(np.tile(plain(), (10, 10)), "linen"), melange=shares)
+    out = synthesize(cloth, resolution=500, seed=1).whole()
+    warm = out["base_color"][out["opacity"][..., 0] > 0][:, 0] > 0.3
+    assert warm.mean() == pytest.approx(0.7, abs=0.05)
+
+
+def test_the_plies_of_a_mouline_alternate():
+    strands = ((0.6, 0.1, 0.1), (0.1, 0.1, 0.6))
+    cloth = regular(woven(np.tile(plain(), (10, 10)), "wool"), strands=strands)
+    out = synthesize(cloth, resolution=500, seed=1).whole()
+    red = out["base_color"][out["opacity"][..., 0] > 0][:, 0] > 0.3
+    assert red.mean() == pytest.approx(0.5, abs=0.1)
+
+
+def test_plies_lie_lower_where_they_meet():
+    cloth = woven(plain(), "wool")
+    single = replace(cloth, yarns=tuple(replace(y, plies=1) for y in cloth.yarns))
+    plied, smooth = (synthesize(c, resolution=300).whole()["height"] for c in (cloth, single))
+    assert (plied <= smooth + 1e-6).all()
+    assert (plied < smooth - 0.01).mean() > 0.1
+
+
+def test_hairs_close_gaps_and_nothing_else():
+    cloth = woven(plain(), "cotton")
+    bald, hairy = (
+        synthesize(regular(cloth, hairiness=h), resolution=300).whole() for h in (0.0, 0.5)
+    )
+    gap = bald["opacity"][..., 0] == 0
+    assert hairy["opacity"][gap].max() > 0.3
+    assert hairy["opacity"].max() <= 1
+    for name in CHANNELS:
+        np.testing.assert_array_equal(bald[name][~gap], hairy[name][~gap])
 
 
 def test_the_number_of_threads_changes_no_bit():

@@ -52,7 +52,7 @@ def lay_floats(on_top: Bools, own: System, crossing: System, crimp_share: float)
     u_max = 2 atan(h / e₂), e₂ the float's length for a circular spine and at most one crossing
     pitch for an end-bend. Where a thread's crimp is stated, all its floats bend by the angle that
     gives it; a stated inclination comes before both. It is limited so that the surface's corners
-    stay below `MAX_INCLINATION`: sin u_max ≤ 1 / (1 / sin(limit) + b / e).
+    stay below `MAX_INCLINATION` (`corner_limit`).
 
     `at` comes back as (threads, crossings).
     """
@@ -86,8 +86,7 @@ def lay_floats(on_top: Bools, own: System, crossing: System, crimp_share: float)
         u_max = np.where(np.isnan(of_crimp), u_max, of_crimp)
     if own.u_max is not None:
         u_max = np.where(np.isnan(own.u_max[thread]), u_max, own.u_max[thread])
-    limit = 1 / (1 / math.sin(MAX_INCLINATION) + 0.5 * own.height_mm[thread] / bend)
-    u_max = np.minimum(u_max, np.arcsin(limit))
+    u_max = np.minimum(u_max, corner_limit(0.5 * own.height_mm[thread], bend))
     u_max = np.where(closed, 0.0, u_max)
     return Floats(thread, start, count, length, center, bend, u_max, at)
 
@@ -110,11 +109,21 @@ def crimp_inclination(crimp: Doubles, bent_mm: Doubles, repeat_mm: float) -> Dou
     return np.where(np.isnan(ratio), np.nan, 0.5 * (low + high))
 
 
-def crown_mm(own: System, crossing: System, crimp_share: float) -> Doubles:
-    """Return the height (threads,) of each thread's crown over the cloth's middle plane.
+def corner_limit(half_height_mm: Doubles, bend_mm: Doubles) -> Doubles:
+    """Return the largest inclination (F,) at which no corner exceeds `MAX_INCLINATION`.
 
-    A thread that takes the share s of the crimp height swings by ± s/2 times the sum of both
-    thicknesses; its surface is half its thickness higher.
+    The corner of a float, at its end and its side, is steeper than its crown:
+    sin u_max ≤ 1 / (1 / sin(limit) + b / e) for the half thickness b and the bend's length e.
     """
-    swing = 0.5 * crimp_share * (own.height_mm + crossing.height_mm.mean())
-    return np.asarray(swing + 0.5 * own.height_mm)
+    return np.asarray(
+        np.arcsin(1 / (1 / math.sin(MAX_INCLINATION) + half_height_mm / bend_mm))
+    )
+
+
+def swing_mm(height_mm: Doubles, crossing_height_mm: Doubles, crimp_share: float) -> Doubles:
+    """Return how far the axis of each thread (threads,) leaves the cloth's middle plane.
+
+    Threads touch where they cross, so that both systems together swing by their thicknesses; a
+    system that takes the share s of that swings by ± s/2 of it.
+    """
+    return np.asarray(0.5 * crimp_share * (height_mm + crossing_height_mm.mean()))

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from weaveusd.synth.spine import CIRCLE, CONIC, circle_radius, conic_parameters
-from weaveusd.synth.twist import twist_wander
+from weaveusd.cloth.layout import corner_limit, swing_mm
+from weaveusd.synth.noise import wander
+from weaveusd.synth.spine import CIRCLE, CONIC, conic_parameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,18 +19,32 @@ if TYPE_CHECKING:
     Doubles = NDArray[np.float64]
     Indices = NDArray[np.int32]
 
+GROOVE = 0.35
+"""Depth of the groove between two plies, in half thicknesses of the yarn; n plies: 2/n of it."""
+
+TWIST, THICKNESS, TONE, PHASE, BEND = range(5)
+"""Streams of random numbers, apart from each other for every system and seed."""
+
 
 class Threads(NamedTuple):
     """One system of threads; lengths in mm, heights over the cloth's highest crown."""
 
     center: Doubles  # (threads,)
+    room: Doubles  # (threads,) half the pitch: no yarn is wider
     half_width: Doubles  # (threads,)
     half_height: Doubles  # (threads,)
-    crown: Doubles  # (threads,) height of the crown, over the crossing system
-    sunk: Doubles  # (threads,) height of the surface while the thread is under
+    axis: Doubles  # (threads,) height of the yarn's axis at its crown, over the crossing system
+    sunk: Doubles  # (threads,) height of the axis while the thread is under
     yarn: Indices  # (threads,)
     psi: Doubles  # (threads,) mean angle of the fibre to the axis, radians
-    wander: Doubles  # (threads, knots) its deviation along the thread, periodic
+    twist: Doubles  # (threads, knots) deviation of that angle along the thread, periodic
+    thick: Doubles  # (threads, knots) relative deviation of width and thickness
+    tone: Doubles  # (threads, knots) deviation of lightness in standard deviations
+    plies: Doubles  # (threads,) plies, 0 for a single yarn
+    turns: Doubles  # (threads,) strands that pass a point of the surface in the repeat, S positive
+    phase: Doubles  # (threads,) strand at the beginning of the repeat
+    groove: Doubles  # (threads,) depth of the groove between plies, mm
+    hair: Doubles  # (threads,) hairiness 0…1
     at: Indices  # (picks, ends) float on top, -1 where the other system is
     middle: Doubles  # (F,) centre of each float along its thread
     straight: Doubles  # (F,) half length without bend; infinite where the thread never bends
@@ -48,22 +63,21 @@ class Cells(NamedTuple):
 
 
 def lay_threads(weave: Weave, seed: int) -> tuple[Threads, Threads]:
-    """Return warp and weft of `weave`, with twist noise of `seed`."""
-    warp_swing, weft_swing = _swing(weave)
-    warp_crown = warp_swing + 0.5 * weave.warp_height_mm
-    weft_crown = weft_swing + 0.5 * weave.weft_height_mm
-    top = max(float(warp_crown.max()), float(weft_crown.max()))
+    """Return warp and weft of `weave`, with the irregularities of `seed`."""
+    warp_height, weft_height = weave.warp_height_mm, weave.weft_height_mm
+    warp_swing = swing_mm(warp_height, weft_height, weave.crimp_balance)
+    weft_swing = swing_mm(weft_height, warp_height, 1 - weave.crimp_balance)
     width, height = weave.repeat_mm
-    yarns = weave.yarns
     warp = _threads(
-        weave.warp_edge_mm, weave.warp_width_mm, weave.warp_height_mm, warp_swing,
-        weave.warp_yarn, weave.warp_floats, yarns, height, top, (seed, 0),
+        weave.warp_edge_mm, weave.warp_width_mm, warp_height, warp_swing,
+        weave.warp_yarn, weave.warp_floats, weave.yarns, height, (seed, 0),
     )  # fmt: skip
     weft = _threads(
-        weave.weft_edge_mm, weave.weft_width_mm, weave.weft_height_mm, weft_swing,
-        weave.weft_yarn, weave.weft_floats, yarns, width, top, (seed, 1),
+        weave.weft_edge_mm, weave.weft_width_mm, weft_height, weft_swing,
+        weave.weft_yarn, weave.weft_floats, weave.yarns, width, (seed, 1),
     )  # fmt: skip
-    return warp, weft
+    top = max(_top(warp), _top(weft))
+    return _lowered(warp, top), _lowered(weft, top)
 
 
 def lay_cells(edge_mm: Doubles, texels: int) -> Cells:
@@ -77,13 +91,13 @@ def lay_cells(edge_mm: Doubles, texels: int) -> Cells:
     return Cells(position, thread.astype(np.int32), offset, beside.astype(np.int32))
 
 
-def _swing(weave: Weave) -> tuple[Doubles, Doubles]:
-    """Return how far the axes of ends and picks leave the cloth's middle plane, in mm."""
-    warp, weft = weave.warp_height_mm, weave.weft_height_mm
-    return (
-        0.5 * weave.crimp_balance * (warp + weft.mean()),
-        0.5 * (1 - weave.crimp_balance) * (weft + warp.mean()),
-    )
+def _top(threads: Threads) -> float:
+    """Return the height of the highest crown over the cloth's middle plane."""
+    return float((threads.axis + threads.half_height * (1 + threads.thick.max(1))).max())
+
+
+def _lowered(threads: Threads, top: float) -> Threads:
+    return threads._replace(axis=threads.axis - top, sunk=threads.sunk - top)
 
 
 def _threads(
@@ -95,40 +109,78 @@ def _threads(
     floats: Floats,
     yarns: tuple[Yarn, ...],
     length_mm: float,
-    top_mm: float,
     seed: tuple[int, int],
 ) -> Threads:
     half = 0.5 * height_mm
-    count = len(floats.thread)
-    straight = np.full(count, np.inf)
-    kind = np.full(count, CIRCLE, np.int32)
-    radius, r_hat = np.ones(count), np.zeros(count)
-    shape: dict[tuple[float, ...], tuple[float, float]] = {}
-    for i in np.flatnonzero(floats.u_max > 0):
-        of = yarns[yarn[floats.thread[i]]]
-        b, u_max = float(half[floats.thread[i]]), float(floats.u_max[i])
-        length, bend = float(floats.length_mm[i]), float(floats.bend_mm[i])
-        if of.spine == "conic":
-            key = (length, u_max, b, of.kappa)
-            if key not in shape:
-                shape[key] = conic_parameters(*key)
-            kind[i], straight[i] = CONIC, 0.0
-            r_hat[i], radius[i] = shape[key]
-        else:
-            straight[i], radius[i] = 0.5 * length - bend, circle_radius(bend, u_max, b)
+    irregular = [y.irregularity for y in yarns]
+    plies = np.array([y.plies if y.plies > 1 else 0 for y in yarns], float)
+    bend = np.array([i.bend for i in irregular])[yarn][floats.thread]
+    straight, kind, radius, r_hat = _spines(floats, half, yarn, yarns, bend, (*seed, BEND))
     return Threads(
         center=0.5 * (edge_mm[1:] + edge_mm[:-1]),
+        room=0.5 * np.diff(edge_mm),
         half_width=0.5 * width_mm,
         half_height=half,
-        crown=swing_mm + half - top_mm,
-        sunk=half - swing_mm - top_mm,
+        axis=swing_mm,
+        sunk=-swing_mm,
         yarn=yarn,
         psi=np.array([y.twist_angle for y in yarns])[yarn],
-        wander=twist_wander(yarns, yarn, length_mm, seed),
+        twist=np.clip(
+            wander([y.twist_deviation for y in yarns], [y.twist_correlation_mm for y in yarns],
+                   yarn, length_mm, (*seed, TWIST)), -1, 1),
+        thick=np.clip(
+            wander([i.thickness for i in irregular],
+                   [i.thickness_correlation_mm for i in irregular],
+                   yarn, length_mm, (*seed, THICKNESS)), -0.6, 0.6),
+        tone=wander([float(i.color > 0) for i in irregular],
+                    [i.color_correlation_mm for i in irregular],
+                    yarn, length_mm, (*seed, TONE)),
+        plies=plies[yarn],
+        turns=np.array([_turns(y, length_mm) for y in yarns])[yarn],
+        phase=np.random.Generator(np.random.PCG64((*seed, PHASE))).random(len(yarn)),
+        groove=np.where(plies > 0, 2 * GROOVE / np.maximum(plies, 1), 0)[yarn] * half,
+        hair=np.array([i.hairiness for i in irregular])[yarn],
         at=floats.at,
         middle=floats.center_mm,
         straight=straight,
         kind=kind,
         radius=radius,
         r_hat=r_hat,
-    )
+    )  # fmt: skip
+
+
+def _turns(yarn: Yarn, length_mm: float) -> float:
+    """Return plies times turns in the repeat, whole, so that the strands meet at its border."""
+    if yarn.plies < 2:
+        return 0.0
+    strands = yarn.plies * round(yarn.twist_per_m / 1000 * length_mm)
+    return float(strands if yarn.twist_direction == "S" else -strands)
+
+
+def _spines(
+    floats: Floats,
+    half: Doubles,
+    yarn: Indices,
+    yarns: tuple[Yarn, ...],
+    deviation: Doubles,
+    seed: tuple[int, ...],
+) -> tuple[Doubles, Indices, Doubles, Doubles]:
+    """Return straight half length, kind, radius and shape of each float's spine."""
+    count = len(floats.thread)
+    noise = np.random.Generator(np.random.PCG64(seed)).standard_normal(count)
+    b = half[floats.thread]
+    u_max = floats.u_max * np.clip(1 + deviation * np.clip(noise, -3, 3), 0.05, 2)
+    u_max = np.minimum(u_max, corner_limit(b, floats.bend_mm))
+    straight = np.full(count, np.inf)
+    kind = np.full(count, CIRCLE, np.int32)
+    radius, r_hat = np.ones(count), np.zeros(count)
+    bent = u_max > 0
+    straight[bent] = 0.5 * floats.length_mm[bent] - floats.bend_mm[bent]
+    radius[bent] = floats.bend_mm[bent] / np.sin(u_max[bent]) - b[bent]
+    is_conic = np.array([y.spine == "conic" for y in yarns])[yarn][floats.thread] & bent
+    for i in np.flatnonzero(is_conic):
+        kappa = yarns[yarn[floats.thread[i]]].kappa
+        length, u = float(floats.length_mm[i]), float(u_max[i])
+        kind[i], straight[i] = CONIC, 0.0
+        r_hat[i], radius[i] = conic_parameters(length, u, float(b[i]), kappa)
+    return straight, kind, radius, r_hat

@@ -40,12 +40,13 @@ def synthesize(weave: Weave, *, resolution: int = 1024, seed: int = 0) -> Textur
     # Imported here: numba takes half a second that nobody else should pay.
     from weaveusd.synth.kernel import fill_rows
     from weaveusd.synth.plan import lay_cells, lay_threads
+    from weaveusd.synth.tones import lay_tones
 
     width, height = texture_size(weave, resolution)
     warp, weft = lay_threads(weave, seed)
     columns = lay_cells(weave.warp_edge_mm, width)
     rows = lay_cells(weave.weft_edge_mm, height)
-    color = np.array([y.color for y in weave.yarns], np.float64)
+    tones = lay_tones(weave.yarns)
     repeat_width, repeat_height = weave.repeat_mm
 
     def band(first: int, last: int) -> Band:
@@ -56,7 +57,7 @@ def synthesize(weave: Weave, *, resolution: int = 1024, seed: int = 0) -> Textur
             for name, channel in CHANNELS.items()
         }
         fill_rows(
-            first, columns, rows, warp, weft, repeat_width, repeat_height, color,
+            first, columns, rows, warp, weft, repeat_width, repeat_height, tones,
             out["normal"], out["tangent"], out["height"], out["opacity"], out["yarn_id"],
             out["base_color"],
         )  # fmt: skip

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from weaveusd.yarn.irregularity import REGULAR, Irregularity
+
 System = Literal["warp", "weft"]
 Spine = Literal["circle", "conic", "end-bend"]
 Twist = Literal["S", "Z"]
@@ -53,6 +55,7 @@ class Yarn:
     optics: Optics
     crimp: float | None = None
     u_max: float | None = None
+    irregularity: Irregularity = REGULAR
 
 
 @dataclass(frozen=True, slots=True)

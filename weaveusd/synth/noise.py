@@ -1,0 +1,42 @@
+"""Noise along threads: what wanders along a yarn, and the repeat still tiles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Doubles = NDArray[np.float64]
+    Indices = NDArray[np.int32]
+
+MAX_KNOTS = 512
+MAX_SIGMAS = 3.0
+"""Deviations are clipped to so many standard deviations."""
+
+
+def wander(
+    deviation: Sequence[float],
+    correlation_mm: Sequence[float],
+    yarn: Indices,
+    length_mm: float,
+    seed: tuple[int, ...],
+) -> Doubles:
+    """Return deviations ~ N(0, σ²) (threads, knots) at knots along each thread.
+
+    `deviation` σ and `correlation_mm` are those of each yarn, `yarn` (threads,) says which one
+    a thread is of. The knots divide the repeat evenly, about one a correlation length of the
+    yarn with the shortest; a repeat shorter than that has one, so that threads differ but do
+    not change. Threads are independent of each other; the same `seed` gives the same numbers.
+    """
+    sigma = np.asarray(deviation, float)
+    moving = sigma > 0
+    if not moving.any():
+        return np.zeros((len(yarn), 1))
+    shortest = float(np.asarray(correlation_mm, float)[moving].min())
+    knots = int(np.clip(round(length_mm / shortest), 1, MAX_KNOTS))
+    normal = np.random.Generator(np.random.PCG64(seed)).standard_normal((len(yarn), knots))
+    return np.asarray(sigma[yarn, None] * np.clip(normal, -MAX_SIGMAS, MAX_SIGMAS))
