@@ -22,7 +22,7 @@ DIRECT = ("tex", "denier")
 TEX_LIMITS = (0.1, 100_000.0)
 MAX_PLIES = 16
 
-_NUMBER = r"(\d{1,6}(?:\.\d{1,6})?)"
+_NUMBER = r"([0-9]{1,6}(?:\.[0-9]{1,6})?)"
 _UNIT = r"(tex|denier|den|Ne|Nm|lea)"
 _PAIR = rf"{_NUMBER}(?:\s*/\s*{_NUMBER})?"
 _UNIT_LAST = re.compile(rf"{_PAIR}\s*{_UNIT}(?:\s*[x×]\s*(\d{{1,2}}))?")

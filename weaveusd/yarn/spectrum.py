@@ -67,11 +67,12 @@ def _inside(folder: Path, name: str, place: str) -> Path:
     root = folder.resolve()
     try:
         path = (root / parts).resolve()
+        regular = path.is_file()
     except (OSError, RuntimeError) as error:  # links in a circle, names too long
         raise RecipeError(f"{place}: {expected}") from error
     if not path.is_relative_to(root):
         raise RecipeError(f"{place}: {expected}")
-    if not path.is_file():
+    if not regular:
         raise RecipeError(f"{place}: no such file: {name}")
     return path
 
