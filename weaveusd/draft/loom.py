@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from weaveusd.draft.model import Bools
 
 MAX_THREADS = 2**20
+MAX_SHAFTS = 2**16
 MAX_CELLS = 2**26
 
 
@@ -34,6 +35,8 @@ def read_loom(rows: Rows) -> Loom:
     picks = _threads(rows, numbering, "WEFT", ("TREADLING", "LIFTPLAN"))
     check_cells(rows, "WEFT", "ends by picks", ends, picks)
     shafts = _shafts(rows, numbering)
+    if shafts > MAX_SHAFTS:
+        raise rows.error(0, "WEAVING", f"found {shafts} shafts", f"at most {MAX_SHAFTS}")
     check_cells(rows, "WEAVING", "ends by shafts", ends, shafts)
     check_cells(rows, "WEAVING", "picks by shafts", picks, shafts)
     return Loom(ends, picks, shafts, numbering)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from weaveusd.draft.lengths import PLACEHOLDER_MM
+from weaveusd.draft.loom import MAX_SHAFTS, MAX_THREADS
 from weaveusd.draft.model import Draft
 from weaveusd.draft.scan import MAX_BYTES, MAX_LINE, MAX_LINES
 from weaveusd.errors import DraftError
@@ -141,7 +142,13 @@ def _join(draft: Draft, sections: Sections) -> bytes:
     for name, rows in sections:
         lines += ["", f"[{name}]", *rows]
     data = "\n".join([*lines, ""]).encode()
-    if len(data) > MAX_BYTES or len(lines) >= MAX_LINES or max(map(len, lines)) > MAX_LINE:
+    if (
+        len(data) > MAX_BYTES
+        or len(lines) >= MAX_LINES
+        or max(map(len, lines)) > MAX_LINE
+        or draft.shafts > MAX_SHAFTS
+        or max(draft.ends, draft.picks) > MAX_THREADS
+    ):
         raise DraftError(
             f"the draft of {draft.ends} ends, {draft.picks} picks and {draft.shafts} shafts takes "
             f"{len(data)} bytes as WIF; expected at most {MAX_BYTES}, and {MAX_LINE} a line"
