@@ -149,6 +149,7 @@ def _laid(
         optics=spec.optics,
         crimp=spec.crimp,
         u_max=spec.u_max,
+        irregularity=spec.irregularity,
     )
 
 

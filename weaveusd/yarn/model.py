@@ -65,7 +65,8 @@ class YarnSpec:
     `palette` lists the palette entries, counted from 1, that the yarn serves; empty means all.
     `tex` is the linear density of the whole yarn and `count` what the recipe said of it.
     `color` is display sRGB, or None to take the draft's; `color_stated` is how the recipe stated
-    it and `color_warning` what was lost, empty where nothing was. `width_mm`, `height_mm`,
+    it and `color_warning` what was lost, empty where nothing was; of a mélange or mouliné it is
+    the mean of the colors in `irregularity`. `width_mm`, `height_mm`,
     `flatness` (height over width), `twist_angle` (radians, positive for S), `crimp` and `u_max`
     (radians) are None where they follow from the count, the twist, the weave and the sett.
     """
@@ -94,6 +95,7 @@ class YarnSpec:
     u_max: float | None = None
     color_stated: str = "draft"
     color_warning: str = ""
+    irregularity: Irregularity = REGULAR
 
 
 @dataclass(frozen=True, slots=True)

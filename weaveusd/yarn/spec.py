@@ -6,8 +6,8 @@ import math
 from pathlib import Path
 from typing import cast, get_args
 
-from weaveusd.yarn.color import read_color
 from weaveusd.yarn.count import MAX_PLIES, Count, count_limits, parse_count, tex_of
+from weaveusd.yarn.mixture import read_irregularity
 from weaveusd.yarn.model import Optics, Spine, System, Twist, YarnSpec
 from weaveusd.yarn.textile import FIBRE_DENSITY
 from weaveusd.yarn.toml import Table, shown
@@ -23,7 +23,7 @@ def read_spec(table: Table, folder: Path) -> YarnSpec:
     limits, and for keys that say one thing twice.
     """
     count, stated = _count(table)
-    color = read_color(table, folder)
+    irregularity, color = read_irregularity(table, folder, count.plies or 1)
     width, height, flatness = _section(table)
     direction = cast("Twist", table.text("twist_direction", "Z", choices=get_args(Twist)))
     spec = YarnSpec(
@@ -51,6 +51,7 @@ def read_spec(table: Table, folder: Path) -> YarnSpec:
         u_max=_radians(table.optional("u_max_deg", 0, 85)),
         color_stated=color.stated,
         color_warning=color.warning,
+        irregularity=irregularity,
     )
     table.close()
     return spec

@@ -40,8 +40,14 @@ class Table:
         """Return file, line and path of `key`, as messages begin."""
         name = key if _BARE.fullmatch(key) else shown(key)
         path = f"{self.where}.{name}" if self.where else name
-        line = self._lines.get(path) or self._lines.get(self.where)
+        line = self._line(path)
         return f"{self.file}:{line}: {path}" if line else f"{self.file}: {path}"
+
+    def _line(self, path: str) -> int | None:
+        """Return the line of `path`, or of the nearest table or key around it."""
+        while path and path not in self._lines:
+            path = path[: max(path.rfind("."), path.rfind("["), 0)]
+        return self._lines.get(path)
 
     def error(self, key: str, message: str) -> RecipeError:
         """Return the error that names file, line and key."""
