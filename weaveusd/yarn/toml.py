@@ -14,7 +14,9 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-MAX_BYTES = 1 << 20
+MAX_BYTES = 1 << 18
+MAX_DOTS = 100
+"""Dots in a line: TOML's parser takes time and memory with the square of a dotted key's parts."""
 MAX_TEXT = 2000
 """Longest string of a recipe, in characters."""
 
@@ -168,18 +170,24 @@ def read_bounded(path: Path, most: int) -> bytes:
 def read_table(path: Path, file: str | None = None) -> Table:
     """Return the root table of the TOML file `path`, called `file` in messages.
 
-    Raises RecipeError when the file is missing, larger than `MAX_BYTES`, not UTF-8 or no TOML.
+    Raises RecipeError when the file is missing, larger than `MAX_BYTES`, not UTF-8 or no TOML,
+    or has a line of more than `MAX_DOTS` dots.
     """
     file = file or str(path)
     try:
         text = read_bounded(path, MAX_BYTES).decode("utf-8")
-        data = tomllib.loads(text)
     except OSError as error:
         raise RecipeError(f"{file}: {error.strerror}") from error
     except RecipeError as error:
         raise RecipeError(f"{file}: {error}") from error
     except UnicodeDecodeError as error:
         raise RecipeError(f"{file}: not UTF-8 at byte {error.start}") from error
+    for number, line in enumerate(text.split("\n"), 1):
+        if (dots := line.count(".")) > MAX_DOTS:
+            expected = f"expected at most {MAX_DOTS}"
+            raise RecipeError(f"{file}:{number}: found {dots} dots in a line, {expected}")
+    try:
+        data = tomllib.loads(text)
     # A ValueError that is no TOMLDecodeError: an integer of more digits than Python reads.
     except (ValueError, RecursionError) as error:
         found = re.search(r"\(at line (\d+)", str(error))
@@ -193,7 +201,7 @@ def _lines_of(text: str) -> dict[str, int]:
     lines: dict[str, int] = {}
     counts: dict[str, int] = {}
     where = ""
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate(text.split("\n"), 1):
         header = _HEADER.match(line)
         if header:
             name = header[2]
