@@ -12,6 +12,7 @@ import pytest
 from weaveusd.cloth import measures
 from weaveusd.cloth.weave import weave
 from weaveusd.draft.make import make_draft
+from weaveusd.synth.textures import synthesize
 from weaveusd.yarn.recipe import preset_names, read_preset, read_recipe
 from weaveusd.yarn.textile import diameter_mm
 
@@ -81,6 +82,14 @@ def test_gabardine_is_denser_than_its_yarn_is_wide():
     assert diameter_mm(yarn.tex, yarn.fibre, yarn.packing) > pitch
     assert yarn.width_mm == pytest.approx(pitch)
     assert yarn.height_mm > yarn.width_mm
+
+
+@pytest.mark.parametrize(("name", "warp"), [("shot_silk", 0.86), ("satin_lining", 0.9)])
+def test_warp_and_weft_show_in_the_published_shares(name, warp):
+    """Sadeghi et al. 2013, as public ports give the table: shares of the yarn that is seen."""
+    _, cloth = made(name)
+    seen = synthesize(cloth, resolution=400).whole()["yarn_id"]
+    assert (seen == 0).sum() / (seen >= 0).sum() == pytest.approx(warp, abs=0.02)
 
 
 def test_shot_silk_is_of_two_colors_and_houndstooth_of_two_both_ways():
