@@ -158,7 +158,9 @@ def render(
     output: Annotated[Path, typer.Option(help="Image to write, .exr (linear) or .png (display).")],
     camera: Annotated[str | None, typer.Option(help="Path of a camera prim.")] = None,
     width: Annotated[int, typer.Option(min=1, max=16384)] = 768,
-    height: Annotated[int, typer.Option(min=1, max=16384)] = 768,
+    height: Annotated[
+        int | None, typer.Option(min=1, max=16384, help="By default as the camera's aperture.")
+    ] = None,
     spp: Annotated[int, typer.Option(min=1, max=1 << 20, help="Samples a pixel.")] = 64,
     seed: Annotated[int, typer.Option(min=0)] = 0,
     context: Annotated[
@@ -185,7 +187,7 @@ def render(
     if as_json:
         _print_json(
             {
-                "output": str(output), "width": width, "height": height, "spp": spp,
+                "output": str(output), "width": result.width, "height": result.height, "spp": spp,
                 "variant": result.variant, "seconds": round(result.seconds, 3), "losses": losses,
             }
         )  # fmt: skip

@@ -19,7 +19,8 @@ class Channel:
     `components` values a texel. `encoding` says how the numbers mean something: `color` is
     linear Rec.709 reflectance; `vector` is a unit vector in the cloth frame, components -1…1;
     `scalar` a number in `unit`; `label` an integer that must never be filtered.
-    `files` are the names, below the asset's texture folder, that carry the channel.
+    `files` are the names, below the asset's texture folder, that carry the channel. `per_yarn`
+    marks channels that follow from the yarn id alone.
     """
 
     name: str
@@ -28,6 +29,7 @@ class Channel:
     unit: str
     files: tuple[str, ...]
     meaning: str
+    per_yarn: bool = False
 
 
 # The .png files serve renderers that others wrote; the .exr files hold what the exact BSDF reads.
@@ -46,6 +48,18 @@ CHANNELS: dict[str, Channel] = {
                 "1 where there is yarn, 0 in the gaps between yarns"),
         Channel("yarn_id", 1, "label", "1", ("yarn_id.png",),
                 "index of the yarn plus one; 0 in gaps"),
+        Channel("system", 1, "label", "1", ("system.png",),
+                "1 warp, 2 weft, 0 in gaps"),
+        Channel("fibre_angle", 2, "scalar", "1", ("fibre_angle.exr",),
+                "cos 2φ and sin 2φ of the fibre's angle φ to X, which a mip map may average"),
+        Channel("ambient_occlusion", 1, "scalar", "1", ("ambient_occlusion.png",),
+                "share of the sky that the heights around leave visible"),
+        Channel("roughness", 1, "scalar", "1", ("roughness.png",),
+                "specular roughness of OpenPBR, for standard shaders; 1 on loose hairs",
+                per_yarn=True),
+        Channel("anisotropy", 1, "scalar", "1", ("anisotropy.png",),
+                "specular anisotropy of OpenPBR, the tangent lying across the fibre",
+                per_yarn=True),
     )
 }  # fmt: skip
 
@@ -137,6 +151,7 @@ CLOTH_ATTRIBUTES: tuple[Attribute, ...] = (
     Attribute("warpCover", "double", "1", "share of the area under warp yarn", (0.0, 1.0)),
     Attribute("weftCover", "double", "1", "share of the area under weft yarn", (0.0, 1.0)),
     Attribute("cover", "double", "1", "share of the area under any yarn", (0.0, 1.0)),
+    Attribute("textures", "asset[]", "", "every texture of the cloth"),
     Attribute("textureWidth", "int", "texels", "texels of the repeat along the weft", (1, None)),
     Attribute("textureHeight", "int", "texels", "texels of the repeat along the warp", (1, None)),
     Attribute("yarns", "token[]", "", "instances of WeaveYarnAPI in the order of the yarn ids"),
@@ -153,6 +168,14 @@ YARN_ATTRIBUTES: tuple[Attribute, ...] = (
     Attribute("twistAngle", "double", "rad", "angle of the fibre to the yarn's axis, S positive"),
     Attribute("twistDeviation", "double", "rad", "standard deviation of the twist angle",
               (0.0, None)),
+    Attribute("thicknessDeviation", "double", "1",
+              "standard deviation of the thickness, relative", (0.0, None)),
+    Attribute("bendDeviation", "double", "1",
+              "standard deviation of the bend from float to float, relative", (0.0, None)),
+    Attribute("colorDeviation", "double", "ΔE",
+              "standard deviation of the lightness in CIE Lab", (0.0, None)),
+    Attribute("hairiness", "double", "1", "light that loose fibres catch beside the yarn",
+              (0.0, 1.0)),
     Attribute("packing", "double", "1", "share of fibre in the yarn's section", (0.0, 1.0)),
     Attribute("width", "double", "mm", "width of the yarn in the cloth", (0.0, None)),
     Attribute("height", "double", "mm", "thickness of the yarn in the cloth", (0.0, None)),

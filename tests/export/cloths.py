@@ -86,8 +86,11 @@ def texels(first: int, last: int, width: int, height: int) -> Band:
         "height": -0.3 * (v * 0.75 + u * 0.25)[..., None],
         "opacity": np.where(gap, 0.0, 1.0)[..., None],
         "yarn_id": np.where(gap, float(GAP), index)[..., None],
+        "system": np.where(gap, float(GAP), index)[..., None],
+        "fibre_angle": np.stack([np.cos(2 * np.pi * u), np.sin(2 * np.pi * u)], -1),
+        "ambient_occlusion": (0.5 + 0.5 * v)[..., None],
     }
-    assert set(values) == set(CHANNELS)
+    assert set(values) == {name for name, c in CHANNELS.items() if not c.per_yarn}
     return {name: value.astype(np.float32) for name, value in values.items()}
 
 
@@ -98,13 +101,18 @@ def texture_set(width: int = 32, height: int = 48) -> TextureSet:
     return TextureSet(width, height, REPEAT_MM, 7, band)
 
 
+FIT = StandardFit(alpha_along=0.2, alpha_across=0.8, f0=0.045)
+PER_YARN = {"roughness": (0.7, 0.6), "anisotropy": (0.75, 0.5)}
+
+
 def cloth(name: str = "plain", *, title: str = "Plain weave", size: int = 32) -> ClothMaterial:
     return ClothMaterial(
         name=name,
         weave=plain_weave(),
         textures=texture_set(size, size * 3 // 2),
         normalization=(1.8608, 1.75),
-        fit=StandardFit(alpha_along=0.2, alpha_across=0.8, f0=0.045),
+        fit=FIT,
+        yarn_fits=(FIT, FIT),
         provenance=Provenance(
             draft_title=title,
             draft_sha256="0" * 64,

@@ -16,6 +16,7 @@ from pxr import Sdf, Sdr, Usd, UsdGeom, UsdShade, UsdUtils, UsdValidation
 from tests.export.cloths import cloth, yarn
 from weaveusd import stage as stages
 from weaveusd.contract import (
+    CHANNELS,
     CLOTH_API,
     CLOTH_ATTRIBUTES,
     CLOTH_SHADER_ID,
@@ -78,9 +79,7 @@ def asset_paths(layer: Sdf.Layer) -> list[str]:
 def test_the_folder_holds_the_files_of_the_contract(folder):
     assert sorted(listing(folder)) == sorted(
         ["draft.wif", "look.usda", "material.mtlx", "plain.usda"]
-        + [f"textures/{stem}.exr" for stem in ("base_color", "height", "normal", "tangent")]
-        + [f"textures/{stem}.png" for stem in ("base_color", "normal", "opacity", "tangent")]
-        + ["textures/yarn_id.png"]
+        + [f"textures/{file}" for channel in CHANNELS.values() for file in channel.files]
     )
 
 

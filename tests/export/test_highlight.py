@@ -39,12 +39,13 @@ def flat_cloth(fibre: tuple[float, float, float], folder: Path) -> Path:
             for name, v in values.items()
         }
 
-    material = cloth()
+    material, fit = cloth(), StandardFit(alpha_along=0.05, alpha_across=0.4, f0=0.3)
     write_asset(
         replace(
             material,
             textures=replace(texture_set(), band=band),
-            fit=StandardFit(alpha_along=0.05, alpha_across=0.4, f0=0.3),
+            fit=fit,
+            yarn_fits=(fit, fit),
         ),
         folder,
     )

@@ -61,7 +61,8 @@ def test_files_are_relative_and_among_those_written(document):
         if put.getType() == "filename"
     }
     assert files == {
-        f"textures/{name}.png" for name in ("base_color", "normal", "tangent", "opacity")
+        f"textures/{name}.png"
+        for name in ("base_color", "normal", "tangent", "opacity", "roughness", "anisotropy")
     }
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 import pytest
 
-from tests.export.cloths import texels, texture_set
+from tests.export.cloths import PER_YARN, texels, texture_set
 from weaveusd.contract import CHANNELS
 from weaveusd.export import textures
 from weaveusd.export.images import read_image
@@ -21,7 +21,7 @@ FILES = sorted(name for channel in CHANNELS.values() for name in channel.files)
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("textures")
-    write_textures(texture_set(), path)
+    write_textures(texture_set(), path, PER_YARN)
     return path
 
 
@@ -39,7 +39,7 @@ def test_there_is_a_file_for_every_name_of_the_contract_and_no_other(folder):
     assert sorted(p.name for p in folder.iterdir()) == FILES
 
 
-@pytest.mark.parametrize("channel", ["base_color", "normal", "tangent", "height"])
+@pytest.mark.parametrize("channel", ["base_color", "normal", "tangent", "height", "fibre_angle"])
 def test_exr_files_hold_the_values_signed_and_linear_to_half_precision(folder, channel):
     image = read_image(folder / f"{channel}.exr")
     np.testing.assert_array_equal(image, expected(channel).astype(np.float16))
@@ -79,6 +79,16 @@ def test_opacity_and_yarn_ids_hold_8_bits_with_gaps_at_zero(folder):
     assert set(np.unique(ids)) == {0, 1, 2}
 
 
+@pytest.mark.parametrize("channel", PER_YARN)
+def test_what_follows_from_the_yarn_is_looked_up_and_loose_where_hairs_are(folder, channel):
+    image = read_image(folder / f"{channel}.png")[..., 0] / 255
+    yarn = expected("yarn_id")[..., 0].astype(int)
+    solid = expected("opacity")[..., 0] == 1
+    wanted = np.array(PER_YARN[channel])[yarn]
+    np.testing.assert_allclose(image[solid], wanted[solid], atol=0.51 / 255)
+    assert set(image[~solid]) == {1.0 if channel == "roughness" else 0.0}
+
+
 def test_the_top_row_of_every_file_has_the_highest_y(folder):
     ids = read_image(folder / "yarn_id.png")[..., 0]
     assert ids[0].max() == 2
@@ -90,7 +100,7 @@ def test_the_top_row_of_every_file_has_the_highest_y(folder):
 @pytest.mark.parametrize("texels_in_a_band", [1, 32 * 5, 32 * 48, 10**9])
 def test_bands_of_any_height_give_the_same_bytes(folder, tmp_path, monkeypatch, texels_in_a_band):
     monkeypatch.setattr(textures, "BAND_TEXELS", texels_in_a_band)
-    write_textures(texture_set(), tmp_path)
+    write_textures(texture_set(), tmp_path, PER_YARN)
     for name in FILES:
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
 
@@ -104,14 +114,14 @@ def test_each_row_is_computed_once_from_the_top_down(tmp_path, monkeypatch):
         return texels(first, last, 32, 48)
 
     shares: list[float] = []
-    write_textures(replace(texture_set(), band=band), tmp_path, progress=shares.append)
+    write_textures(replace(texture_set(), band=band), tmp_path, PER_YARN, progress=shares.append)
     assert asked == [(38, 48), (28, 38), (18, 28), (8, 18), (0, 8)]
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
 
 
 def test_the_mean_opacity_comes_back(tmp_path):
-    mean = write_textures(texture_set(), tmp_path)
+    mean = write_textures(texture_set(), tmp_path, PER_YARN)
     assert mean == pytest.approx(float(texture_set().whole()["opacity"].mean()), abs=1e-7)
 
 
@@ -138,8 +148,8 @@ def test_files_say_what_their_numbers_mean(folder, name):
         ("normal", None, "lacks channel normal"),
         ("normal", np.zeros((1, 1, 3), np.float32), "has shape"),
         ("height", np.full((48, 32, 1), np.nan, np.float32), "not finite"),
-        ("yarn_id", np.full((48, 32, 1), 255, np.float32), "leaves 8 bits"),
-        ("yarn_id", np.full((48, 32, 1), -2, np.float32), "leaves 8 bits"),
+        ("yarn_id", np.full((48, 32, 1), 255, np.float32), "leaves the 2 yarns"),
+        ("yarn_id", np.full((48, 32, 1), -2, np.float32), "leaves the 2 yarns"),
     ],
 )
 def test_a_broken_band_is_a_slip(tmp_path, channel, value, message):
@@ -152,4 +162,4 @@ def test_a_broken_band_is_a_slip(tmp_path, channel, value, message):
         return rows
 
     with pytest.raises(ValueError, match=message):
-        write_textures(replace(texture_set(), band=band), tmp_path)
+        write_textures(replace(texture_set(), band=band), tmp_path, PER_YARN)

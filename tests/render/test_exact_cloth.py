@@ -130,10 +130,10 @@ def test_values_of_the_interface_reach_the_shader(mi: Any, stage: Any) -> None:
     assert np.abs(picture(stage, 8, 16)[0] - before).max() > 0.05
 
 
-def test_the_preview_is_used_in_the_universal_context(mi: Any, stage: Any) -> None:
+def test_the_preview_is_used_in_the_preview_context(mi: Any, stage: Any) -> None:
     _, surface = preview_material(stage, "/World/Cloth", diffuseColor=(0.9, 0.0, 0.0), ior=1.0)
     exact, _ = picture(stage, 8, 16)
-    plain, losses = picture(stage, 8, 16, context="universal")
+    plain, losses = picture(stage, 8, 16, context="preview")
     assert exact[..., 1].max() > 0.1
     assert plain[..., 1].max() < 1e-3
     assert losses == []

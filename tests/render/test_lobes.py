@@ -68,7 +68,7 @@ def reference(c: dict[str, Any]) -> Any:
     m = np.maximum(ci, co)
     side = np.sum(n * c["wo"], axis=1)
     same = side > 0
-    f_r = c["k_s"] / 1.8856 * fresnel(np.cos(td) * np.cos(pd / 2)) * np.cos(pd / 2)
+    f_r = c["k_s"] * 3 / (4 * np.sqrt(2)) * fresnel(np.cos(td) * np.cos(pd / 2)) * np.cos(pd / 2)
     f_r = np.where(same, f_r * 0.5 * cauchy(c["gamma_s"], th) / m**2, 0)
     volume = (1 - c["k_d"]) * 0.5 * cauchy(c["gamma_v"], th) / m**2
     volume += c["k_d"] * 0.5 / (ci + co)

@@ -67,6 +67,9 @@ def yarn(name: str, system: System, color: RGB) -> Yarn:
     )
 
 
+FIT = StandardFit(alpha_along=0.2, alpha_across=0.8, f0=0.045)
+
+
 def surface(warp_up: Bools, colors: tuple[RGB, RGB], cell: int = CELL) -> Channels:
     """Return the channels of the cloth `warp_up`, row 0 at y = 0."""
     picks, ends = warp_up.shape
@@ -103,8 +106,17 @@ def surface(warp_up: Bools, colors: tuple[RGB, RGB], cell: int = CELL) -> Channe
         "height": height[..., None],
         "opacity": np.where(gap, 0.0, 1.0)[..., None],
         "yarn_id": np.where(gap, GAP, index)[..., None],
+        "system": np.where(gap, GAP, index)[..., None],
+        "fibre_angle": double_angle(tangent),
+        "ambient_occlusion": 1 - across[..., None] ** 2,
     }
     return {name: value.astype(np.float32) for name, value in values.items()}
+
+
+def double_angle(tangent: Doubles) -> Doubles:
+    """Return cos 2φ and sin 2φ (…, 2) of the angle φ of `tangent` (…, 3) to X."""
+    x, y = tangent[..., 0], tangent[..., 1]
+    return np.stack([x * x - y * y, 2 * x * y], -1) / (x * x + y * y)[..., None]
 
 
 def float_centers(up: Bools) -> Doubles:
@@ -177,7 +189,8 @@ def cloth(
         weave=weave,
         textures=TextureSet(width, height, repeat_mm, 7, band),
         normalization=(1.8608, 1.75),
-        fit=StandardFit(alpha_along=0.2, alpha_across=0.8, f0=0.045),
+        fit=FIT,
+        yarn_fits=(FIT, FIT),
         provenance=PROVENANCE,
     )
 

@@ -115,9 +115,7 @@ def corner_limit(half_height_mm: Doubles, bend_mm: Doubles) -> Doubles:
     The corner of a float, at its end and its side, is steeper than its crown:
     sin u_max ≤ 1 / (1 / sin(limit) + b / e) for the half thickness b and the bend's length e.
     """
-    return np.asarray(
-        np.arcsin(1 / (1 / math.sin(MAX_INCLINATION) + half_height_mm / bend_mm))
-    )
+    return np.asarray(np.arcsin(1 / (1 / math.sin(MAX_INCLINATION) + half_height_mm / bend_mm)))
 
 
 def swing_mm(height_mm: Doubles, crossing_height_mm: Doubles, crimp_share: float) -> Doubles:

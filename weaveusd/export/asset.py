@@ -53,7 +53,12 @@ def write_asset(material: ClothMaterial, folder: Path, *, progress: Progress | N
     _check(material, folder)
     textures = folder / TEXTURE_DIR
     textures.mkdir()
-    cover = write_textures(material.textures, textures, progress=progress)
+    shadings = [standard_shading(fit) for fit in material.yarn_fits]
+    per_yarn = {
+        "roughness": [shading.openpbr_roughness for shading in shadings],
+        "anisotropy": [shading.openpbr_anisotropy for shading in shadings],
+    }
+    cover = write_textures(material.textures, textures, per_yarn, progress=progress)
     _write_look(material, folder / LOOK_LAYER, cover)
     entry = folder / entry_layer(material.name)
     _write_entry(material.name, entry)
@@ -68,12 +73,14 @@ def _check(material: ClothMaterial, folder: Path) -> None:
     if not folder.is_dir() or any(folder.iterdir()):
         raise ValueError(f"{folder}: expected an empty folder")
     yarns = len(material.weave.yarns)
-    if not 1 <= yarns <= MAX_YARNS or len(material.normalization) != yarns:
+    counts = {yarns, len(material.normalization), len(material.yarn_fits)}
+    if not 1 <= yarns <= MAX_YARNS or len(counts) > 1:
         raise ValueError(
-            f"{yarns} yarns with {len(material.normalization)} normalizations, "
-            f"expected 1 to {MAX_YARNS} with one each"
+            f"{yarns} yarns with {len(material.normalization)} normalizations and "
+            f"{len(material.yarn_fits)} fits, expected 1 to {MAX_YARNS} with one each"
         )
-    standard_shading(material.fit)
+    for fit in (material.fit, *material.yarn_fits):
+        standard_shading(fit)
 
 
 def _write_look(material: ClothMaterial, path: Path, cover: float) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from weaveusd.cloth import measures
 from weaveusd.cloth.floats import longest_float
-from weaveusd.contract import DRAFT_FILE
+from weaveusd.contract import CHANNELS, DRAFT_FILE, TEXTURE_DIR
 from weaveusd.export.names import instance_names
 
 if TYPE_CHECKING:
@@ -50,6 +50,9 @@ def cloth_values(material: ClothMaterial, cover: float) -> dict[str, Value]:
         "warpCover": tidy(measures.warp_cover(weave)),
         "weftCover": tidy(measures.weft_cover(weave)),
         "cover": tidy(cover),
+        "textures": tuple(
+            f"./{TEXTURE_DIR}/{file}" for channel in CHANNELS.values() for file in channel.files
+        ),
         "textureWidth": textures.width,
         "textureHeight": textures.height,
         "yarns": instance_names(yarn.name for yarn in weave.yarns),
@@ -74,6 +77,10 @@ def yarn_values(material: ClothMaterial) -> dict[str, dict[str, Value]]:
             "twistDirection": yarn.twist_direction,
             "twistAngle": tidy(yarn.twist_angle),
             "twistDeviation": tidy(yarn.twist_deviation),
+            "thicknessDeviation": tidy(yarn.irregularity.thickness),
+            "bendDeviation": tidy(yarn.irregularity.bend),
+            "colorDeviation": tidy(yarn.irregularity.color),
+            "hairiness": tidy(yarn.irregularity.hairiness),
             "packing": tidy(yarn.packing),
             "width": tidy(yarn.width_mm),
             "height": tidy(yarn.height_mm),

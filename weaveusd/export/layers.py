@@ -13,6 +13,7 @@ from pxr import Gf, Sdf, Vt
 
 _CASTS: dict[str, Any] = {
     "asset": Sdf.AssetPath,
+    "asset[]": lambda value: Sdf.AssetPathArray([Sdf.AssetPath(path) for path in value]),
     "color3f": lambda value: Gf.Vec3f(*value),
     "float2": lambda value: Gf.Vec2f(*value),
     "float4": lambda value: Gf.Vec4f(*value),

@@ -50,6 +50,8 @@ def _add_graph(document: Any, name: str, repeat_mm: tuple[float, float]) -> Any:
     color = _add_image(graph, "base_color_map", "base_color.png", "color3", repeats)
     color.getInput("file").setColorSpace("srgb_texture")
     opacity = _add_image(graph, "opacity_map", "opacity.png", "float", repeats)
+    roughness = _add_image(graph, "roughness_map", "roughness.png", "float", repeats)
+    anisotropy = _add_image(graph, "anisotropy_map", "anisotropy.png", "float", repeats)
     normal = _add_direction(graph, "normal", "normal.png", repeats)
     fibre = _add_direction(graph, "fibre", "tangent.png", repeats)
     across = graph.addNode("crossproduct", "across", "vector3")
@@ -62,6 +64,8 @@ def _add_graph(document: Any, name: str, repeat_mm: tuple[float, float]) -> Any:
         ("base_color_out", color),
         ("opacity_out", opacity),
         ("opacity_color_out", opacity_color),
+        ("roughness_out", roughness),
+        ("anisotropy_out", anisotropy),
         ("normal_out", normal),
         ("across_out", across),
     ):
@@ -87,8 +91,8 @@ def _add_direction(graph: Any, name: str, file: str, texcoord: Any) -> Any:
 
 def _add_openpbr(document: Any, graph: Any, name: str, shading: StandardShading) -> None:
     surface = document.addNode("open_pbr_surface", f"{name}_surface", "surfaceshader")
-    _set_numbers(surface, "specular_roughness", "float", shading.openpbr_roughness)
-    _set_numbers(surface, "specular_roughness_anisotropy", "float", shading.openpbr_anisotropy)
+    _connect(surface, "specular_roughness", graph, "roughness_out")
+    _connect(surface, "specular_roughness_anisotropy", graph, "anisotropy_out")
     _set_numbers(surface, "specular_ior", "float", shading.ior)
     _connect(surface, "base_color", graph, "base_color_out")
     _connect(surface, "geometry_opacity", graph, "opacity_out")

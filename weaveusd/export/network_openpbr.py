@@ -47,6 +47,8 @@ def define_openpbr_network(material: Sdf.PrimSpec, shading: StandardShading) -> 
     )
     color = _image(material, "MtlxBaseColor", "base_color.png", "color3", repeats)
     opacity = _image(material, "MtlxOpacity", "opacity.png", "float", repeats)
+    roughness = _image(material, "MtlxRoughness", "roughness.png", "float", repeats)
+    anisotropy = _image(material, "MtlxAnisotropy", "anisotropy.png", "float", repeats)
     normal = _direction(material, "MtlxNormal", "normal.png", repeats)
     fibre = _direction(material, "MtlxFibre", "tangent.png", repeats)
     across = define_shader(
@@ -62,8 +64,8 @@ def define_openpbr_network(material: Sdf.PrimSpec, shading: StandardShading) -> 
         "ND_open_pbr_surface_surfaceshader",
         {
             "base_color": ("color3f", color),
-            "specular_roughness": ("float", shading.openpbr_roughness),
-            "specular_roughness_anisotropy": ("float", shading.openpbr_anisotropy),
+            "specular_roughness": ("float", roughness),
+            "specular_roughness_anisotropy": ("float", anisotropy),
             "specular_ior": ("float", shading.ior),
             "geometry_opacity": ("float", opacity),
             "geometry_normal": ("float3", normal),

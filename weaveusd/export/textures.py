@@ -6,14 +6,14 @@ Rows are turned over here and nowhere else.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from weaveusd.contract import CHANNELS, VECTOR_PNG_LEVELS, Channel
+from weaveusd.contract import CHANNELS, GAP, VECTOR_PNG_LEVELS, Channel
 from weaveusd.export.images import ImageWriter, density
 
 if TYPE_CHECKING:
@@ -28,9 +28,16 @@ BAND_TEXELS = 2**19
 
 
 def write_textures(
-    textures: TextureSet, folder: Path, *, progress: Progress | None = None
+    textures: TextureSet,
+    folder: Path,
+    per_yarn: Mapping[str, Sequence[float]],
+    *,
+    progress: Progress | None = None,
 ) -> float:
     """Write every channel of `textures` into `folder` and return the mean of the opacity.
+
+    `per_yarn` holds the channels that follow from the yarn: a value for each. Loose hairs, where
+    the opacity is neither 0 nor 1, scatter without direction: roughness 1, anisotropy 0.
 
     Each band of rows is computed once and goes to all files, so that memory depends on
     `BAND_TEXELS` alone and not on the height.
@@ -58,8 +65,11 @@ def write_textures(
         for first, last in _bands(textures.width, textures.height):
             band = textures.band(first, last)
             rows = {
-                name: _checked(band, name, last - first, textures.width)[::-1] for name in CHANNELS
+                name: _checked(band, name, last - first, textures.width)[::-1]
+                for name, channel in CHANNELS.items()
+                if not channel.per_yarn
             }
+            rows |= _of_yarns(rows, per_yarn)
             for channel, name, writer in writers:
                 writer.write(encode(channel, Path(name).suffix, rows[channel.name]))
             opaque += float(np.sum(rows["opacity"], dtype=np.float64))
@@ -91,6 +101,24 @@ def encode(channel: Channel, suffix: str, values: Floats32) -> NDArray[Any]:
         return np.asarray(labels, dtype=np.uint8)
     share = np.clip(np.asarray(values, dtype=np.float64), 0, 1)
     return np.asarray(np.rint(share * 255), dtype=np.uint8)
+
+
+def _of_yarns(
+    rows: Mapping[str, Floats32], per_yarn: Mapping[str, Sequence[float]]
+) -> dict[str, Floats32]:
+    """Return the channels of `per_yarn` for rows of texels; gaps are as loose hairs."""
+    yarn = rows["yarn_id"].astype(np.intp)
+    count = min(len(values) for values in per_yarn.values())
+    if yarn.min() < GAP or yarn.max() >= count:
+        raise ValueError(f"yarn_id: {yarn.min()}…{yarn.max()} leaves the {count} yarns")
+    loose = rows["opacity"] < 1
+    return {
+        name: np.where(loose, _LOOSE[name], np.asarray(values, np.float32)[yarn])
+        for name, values in per_yarn.items()
+    }
+
+
+_LOOSE = {"roughness": np.float32(1), "anisotropy": np.float32(0)}
 
 
 def _srgb_decode(code: float) -> float:

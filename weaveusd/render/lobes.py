@@ -7,7 +7,7 @@ is turned to the side of `wi`. With b = n × t,
 
     sin θ = ω·t,  φ = atan2(ω·b, ω·n),  θ_h = (θi + θo)/2,  θ_d = (θi − θo)/2,  φ_d = φi − φo
     C(γ; x) = γ / (π (x² + γ²)),  m = max(cos θi, cos θo),  F exact Fresnel,  T = 1 − F
-    f_R = k_s F(cos θ_d cos(φ_d/2)) cos(φ_d/2) · ½ C(γ_s; θ_h) / (1.8856 m²)     same side only
+    f_R = k_s F(cos θ_d cos(φ_d/2)) cos(φ_d/2) · ½ C(γ_s; θ_h) · 3 / (4 √2 m²)     same side only
     f_V = s ½ T(cos θi) T(cos θo) [(1 − k_d) ½ C(γ_v; θ_h)/m² + k_d ½/(cos θi + cos θo)]
     value = (f_R + A N_V f_V) |n·ωo|,   s = 1 − τ on the side of ωi, τ on the other
 
@@ -27,8 +27,8 @@ Color = Any
 Vector = Any
 Mask = Any
 
-MEAN_COSINE = 1.8856
-"""κ_R is its inverse: the surface lobe's normalization over the azimuth."""
+MEAN_COSINE = 4 * 2**0.5 / 3
+"""∫ cos(φ/2) cos φ dφ over the side of n; κ_R, the surface lobe's scale, is its inverse."""
 
 _TINY = 1e-12
 _HALF_PI = 0.5 * 3.14159265358979

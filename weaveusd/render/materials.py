@@ -12,8 +12,8 @@ from weaveusd.errors import InputError, StageError
 from weaveusd.render import cloth, preview
 from weaveusd.render.model import Losses
 
-UNIVERSAL = "universal"
-CONTEXTS = (contract.MITSUBA_CONTEXT, UNIVERSAL)
+PREVIEW = "preview"
+CONTEXTS = (contract.MITSUBA_CONTEXT, PREVIEW)
 """Render contexts that can be asked for; the first falls back to the second."""
 
 DEFAULT_GRAY = 0.18

@@ -48,7 +48,7 @@ def render(
     seed
         The same seed gives the same picture, to the byte, on one kind of machine.
     context
-        `mitsuba` for the exact cloth, `universal` for its UsdPreviewSurface.
+        `mitsuba` for the exact cloth, `preview` for its UsdPreviewSurface.
     variant
         `cuda_ad_rgb`, `llvm_ad_rgb` or `scalar_rgb`; by default the fastest that works.
     progress

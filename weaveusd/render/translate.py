@@ -53,7 +53,7 @@ def translate(
         Path of a camera; by default the stage's first one, and without any a camera that sees
         all there is.
     context
-        `mitsuba` shows materials as the exact BSDF where they have one, `universal` as their
+        `mitsuba` shows materials as the exact BSDF where they have one, `preview` as their
         UsdPreviewSurface.
 
     Raises

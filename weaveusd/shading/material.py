@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class StandardFit:
-    """Parameters of the standard shaders for one yarn-level texture set.
+    """Parameters of the standard shaders for a yarn, or for the yarns of a cloth together.
 
     `alpha_along` and `alpha_across` are GGX roughnesses along the fibre and across it; the
     highlight is narrow along the fibre. `f0` is the reflectance at normal incidence.
@@ -40,8 +40,8 @@ class Provenance:
 class ClothMaterial:
     """A cloth ready for export.
 
-    `normalization` holds N_V for each yarn of `weave.yarns`, in order; `fit` the standard
-    shaders' parameters.
+    `normalization` and `yarn_fits` hold N_V and the standard shaders' parameters for each yarn
+    of `weave.yarns`, in order; `fit` those of all together, for shaders without textures.
     """
 
     name: str
@@ -49,4 +49,5 @@ class ClothMaterial:
     textures: TextureSet
     normalization: tuple[float, ...]
     fit: StandardFit
+    yarn_fits: tuple[StandardFit, ...]
     provenance: Provenance

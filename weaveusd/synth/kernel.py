@@ -31,7 +31,7 @@ BUNDLES, BUNDLE_MM = 12, 0.6
 @njit(cache=True, parallel=True, nogil=True)
 def fill_rows(  # type: ignore[no-untyped-def] # numba compiles it for the types it is given
     first, columns: Cells, rows: Cells, warp: Threads, weft: Threads, width_mm, height_mm,
-    tones: Tones, normal, tangent, height, opacity, yarn_id, base_color,
+    tones: Tones, normal, tangent, height, opacity, yarn_id, base_color, system, fibre_angle,
 ):  # fmt: skip
     """Fill texel rows `first`, `first` + 1, … of every channel array (rows, width, components).
 
@@ -94,6 +94,10 @@ def fill_rows(  # type: ignore[no-untyped-def] # numba compiles it for the types
             height[k, i, 0] = z
             opacity[k, i, 0] = alpha
             yarn_id[k, i, 0] = yarn
+            system[k, i, 0] = -1 if yarn < 0 else (0 if yarn == warp.yarn[c] else 1)
+            flat = t_x * t_x + t_y * t_y
+            fibre_angle[k, i, 0] = (t_x * t_x - t_y * t_y) / flat if flat > 0.0 else 1.0
+            fibre_angle[k, i, 1] = 2.0 * t_x * t_y / flat if flat > 0.0 else 0.0
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -29,8 +29,8 @@ class BandSource(Protocol):
 class TextureSet:
     """Textures of one repeat: row 0 at y = 0, the first pick; column 0 at x = 0, the first end.
 
-    Channel names, components and meaning are those of `weaveusd.contract.CHANNELS`, except that
-    `yarn_id` holds the yarn's index, with `contract.GAP` where there is none.
+    Channel names, components and meaning are those of `weaveusd.contract.CHANNELS`, without those
+    that follow from the yarn alone. Labels count from 0, with `contract.GAP` where there is none.
     """
 
     width: int
