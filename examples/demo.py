@@ -22,6 +22,7 @@ SHOTS = (
 
 
 def main(folder: Path) -> None:
+    """Publish the drafts of `SHOTS` below `folder`, render them, and say where to look."""
     pictures = []
     for draft, preset, scene in SHOTS:
         done = weaveusd.publish(DRAFTS / draft, preset=preset, root=folder / "assets")

@@ -10,10 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pxr import Usd
 
 import weaveusd
 from weaveusd import contract, pipeline
 from weaveusd.errors import RendererUnavailableError
+from weaveusd.patch import Patch
 
 ROOT = Path(__file__).parents[1]
 DRAFTS = ROOT / "examples" / "drafts"
@@ -101,6 +103,37 @@ def test_personal_fields_of_a_draft_stay_out_of_the_asset(tmp_path):
         assert secret not in everything
 
 
+def test_a_patch_of_several_repeats_is_one_tile(tmp_path):
+    one = weaveusd.publish(TWILL, preset="wool", root=tmp_path, name="one", resolution=64)
+    four = weaveusd.publish(
+        TWILL, preset="wool", root=tmp_path, name="four", repeats=(2, 2), texels_per_mm=40
+    )
+    assert four.findings == []
+    values = []
+    for done in (one, four):
+        stage = Usd.Stage.Open(str(done.asset.entry))
+        prim = stage.GetPrimAtPath(done.asset.material)
+        names = ("ends", "repeatWidth", "endsPerCm", "textureHeight")
+        values.append([prim.GetAttribute(f"weave:{name}").Get() for name in names])
+    (ends, width, sett, _), (all_ends, patch, same_sett, texels) = values
+    assert (all_ends, patch) == (2 * ends, pytest.approx(2 * width))
+    assert same_sett == pytest.approx(sett)
+    assert texels == round(40 * 2 * 4 * 10 / 23.6)
+    assert (four.asset.folder / "draft.wif").read_bytes() == (
+        one.asset.folder / "draft.wif"
+    ).read_bytes()
+
+
+def test_a_patch_is_cut_to_the_nearest_repeats():
+    from weaveusd.draft.wif import read_wif
+    from weaveusd.yarn.recipe import read_preset
+
+    draft, recipe = read_wif(TWILL), read_preset("linen")
+    width, height = (10 * n / s for n, s in ((4, 18.9), (4, 17.3)))
+    cut, resolution = Patch(size_mm=(3.2 * width, 0.2 * height)).cut(draft, recipe)
+    assert (cut.ends, cut.picks, resolution) == (12, 4, 1024)
+
+
 STAGE = """#usda 1.0
 (
     upAxis = "Y"
@@ -162,7 +195,7 @@ def test_the_published_stage_looks_like_the_material_in_memory(preset, tmp_path,
     published = pictures(100)
 
     material = pipeline.make_material(
-        TWILL, read_preset(preset), done.asset.asset, resolution=256, seed=0
+        TWILL, read_preset(preset), done.asset.asset, patch=Patch(256)
     )
     optics = [yarn.optics for yarn in material.weave.yarns]
     inputs = {

@@ -8,6 +8,7 @@ for success and 2 for a mistake in the arguments.
 from __future__ import annotations
 
 import json
+import re
 import shlex
 import sys
 import time
@@ -103,8 +104,17 @@ def publish(
         str | None, typer.Option(help="Name of the asset; else the draft's and the recipe's.")
     ] = None,
     resolution: Annotated[
-        int, typer.Option(help="Texels along the longer side of the repeat.")
-    ] = 1024,
+        int | None, typer.Option(help="Texels along the longer side of the patch; 1024.")
+    ] = None,
+    texels_per_mm: Annotated[
+        float | None, typer.Option(help="Texels a millimetre, instead.")
+    ] = None,
+    repeats: Annotated[
+        str | None, typer.Option(metavar="WxH", help="Repeats of the draft in the patch; 1x1.")
+    ] = None,
+    patch_mm: Annotated[
+        str | None, typer.Option(metavar="WxH", help="About how large the patch is, instead.")
+    ] = None,
     seed: Annotated[int, typer.Option(help="Seed of every irregularity.")] = 0,
     version: Annotated[str, typer.Option(help="`next`, or one such as v003.")] = "next",
     as_json: Json = False,
@@ -112,6 +122,8 @@ def publish(
     """Publish a draft as a USD and MaterialX material asset, checked and at once."""
     if (preset is None) == (recipe is None):
         raise typer.BadParameter("expected --preset or --recipe, exactly one of them")
+    pair = _pair("--repeats", repeats, r"[1-9]\d{0,5}")
+    size = _pair("--patch-mm", patch_mm, r"\d{1,6}(?:\.\d{1,6})?")
     from weaveusd import pipeline
 
     started = time.perf_counter()
@@ -124,6 +136,9 @@ def publish(
                 recipe=recipe,
                 name=name,
                 resolution=resolution,
+                texels_per_mm=texels_per_mm,
+                repeats=pair and (int(pair[0]), int(pair[1])),
+                patch_mm=size,
                 seed=seed,
                 version=version,
                 progress=progress,
@@ -143,9 +158,9 @@ def publish(
         _print_json(done.as_dict())
         return
     asset = done.asset
-    size = sum(f.bytes for f in asset.files) / 1e6
-    _say(f"{asset.status} {asset.asset} {asset.version}: {len(asset.files)} files, {size:.1f} MB, "
-         f"{done.seconds:.1f} s")  # fmt: skip
+    megabytes = sum(f.bytes for f in asset.files) / 1e6
+    extent = f"{len(asset.files)} files, {megabytes:.1f} MB, {done.seconds:.1f} s"
+    _say(f"{asset.status} {asset.asset} {asset.version}: {extent}")
     _say(f"  entry     {asset.entry}")
     _say(f"  material  {asset.material}")
     for finding in done.findings:
@@ -247,6 +262,16 @@ def env(as_json: Json = False) -> None:
 
 
 cli_draft.register(app)
+
+
+def _pair(option: str, text: str | None, number: str) -> tuple[float, float] | None:
+    """Return the two numbers of a WxH; a usage error where it is none."""
+    if text is None:
+        return None
+    found = re.fullmatch(f"({number})[xX×]({number})", text, re.ASCII)
+    if found is None:
+        raise typer.BadParameter(f"{option}: found {text!r}, expected two numbers such as 4x3")
+    return float(found[1]), float(found[2])
 
 
 def _fail(message: str, error: BaseException, status: int, *, debug: bool) -> int:

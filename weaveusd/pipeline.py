@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from weaveusd._version import __version__
 from weaveusd.errors import InputError, ValidationFailedError
+from weaveusd.patch import Patch
 
 if TYPE_CHECKING:
     from weaveusd.export.publish import PublishedAsset
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
 
 Progress = Callable[[float], None]
 PathLike = str | os.PathLike[str]
-
-RESOLUTIONS = (8, 1 << 14)
-"""Fewest and most texels along the longer side of a published texture."""
 
 _WRITING = 0.85
 """Share of a publish's time that goes into writing textures, for the progress bar."""
@@ -54,7 +52,10 @@ def publish(
     preset: str | None = None,
     recipe: PathLike | None = None,
     name: str | None = None,
-    resolution: int = 1024,
+    resolution: int | None = None,
+    texels_per_mm: float | None = None,
+    repeats: tuple[int, int] | None = None,
+    patch_mm: tuple[float, float] | None = None,
     seed: int = 0,
     version: str = "next",
     progress: Progress | None = None,
@@ -74,8 +75,11 @@ def publish(
         Name of a preset, or a recipe's TOML file: exactly one of them.
     name
         Name of the asset; by default the draft file's and the recipe's. It is made safe.
-    resolution
-        Texels along the longer side of the repeat.
+    resolution, texels_per_mm
+        Texels along the longer side of the patch, by default 1024; or texels a millimetre.
+    repeats, patch_mm
+        Repeats of the draft across and along that the textures show, by default one; or the size
+        to which the nearest whole repeats are taken. Irregularity does not repeat in a patch.
     seed
         Seed of every irregularity, 0 or more.
     version
@@ -86,7 +90,7 @@ def publish(
     Raises
     ------
     InputError
-        The draft, recipe, resolution, seed, version or root is broken.
+        The draft, recipe, a size, seed, version or root is broken.
     ValidationFailedError
         The asset failed its own checks; nothing was written.
     VersionConflictError
@@ -98,11 +102,12 @@ def publish(
 
     started = time.perf_counter()
     tell = progress or (lambda share: None)
-    _check_bounds("resolution", resolution, *RESOLUTIONS)
-    _check_bounds("seed", seed, 0, (1 << 31) - 1)
+    patch = Patch(resolution, texels_per_mm, repeats, patch_mm)
+    if not 0 <= seed < 1 << 31:
+        raise InputError(f"seed: found {seed}, expected 0 to {(1 << 31) - 1}")
     material_recipe = read_recipe(preset=preset, recipe=recipe)
     name = safe_name(name or f"{Path(draft).stem}_{material_recipe.name}")
-    material = make_material(draft, material_recipe, name, resolution=resolution, seed=seed)
+    material = make_material(draft, material_recipe, name, patch=patch, seed=seed)
     tell(0.05)
     findings = [_recipe_finding(warning) for warning in material.weave.warnings]
 
@@ -142,9 +147,9 @@ def read_recipe(*, preset: str | None, recipe: PathLike | None) -> Recipe:
 
 
 def make_material(
-    draft: PathLike, recipe: Recipe, name: str, *, resolution: int, seed: int
+    draft: PathLike, recipe: Recipe, name: str, *, patch: Patch, seed: int = 0
 ) -> ClothMaterial:
-    """Return the material of the WIF file `draft` and `recipe`, in memory."""
+    """Return the material of a patch of the WIF file `draft` and `recipe`, in memory."""
     from weaveusd.cloth.weave import weave
     from weaveusd.draft.wif import load_wif, parse_wif
     from weaveusd.draft.write import write_wif
@@ -154,7 +159,8 @@ def make_material(
 
     data = load_wif(draft)
     parsed = parse_wif(data, os.fspath(draft))
-    cloth = weave(parsed, recipe)
+    whole, resolution = patch.cut(parsed, recipe)
+    cloth = weave(whole, recipe)
     provenance = Provenance(
         draft_title=parsed.title,
         draft_sha256=hashlib.sha256(data).hexdigest(),
@@ -211,8 +217,3 @@ def _recipe_finding(message: str) -> dict[str, Any]:
     from weaveusd.validate.model import Finding, Status
 
     return Finding("recipe/kept", Status.WARN, "recipe-not-kept", message).as_dict()
-
-
-def _check_bounds(what: str, value: int, low: int, high: int) -> None:
-    if not low <= value <= high:
-        raise InputError(f"{what}: found {value}, expected {low} to {high}")
