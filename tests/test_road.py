@@ -14,8 +14,11 @@ from pxr import Usd
 
 import weaveusd
 from weaveusd import contract, pipeline
+from weaveusd.draft.make import make_draft
+from weaveusd.draft.write import write_wif
 from weaveusd.errors import RendererUnavailableError
 from weaveusd.patch import Patch
+from weaveusd.yarn.recipe import preset_names, read_preset
 
 ROOT = Path(__file__).parents[1]
 DRAFTS = ROOT / "examples" / "drafts"
@@ -48,6 +51,15 @@ def test_a_draft_is_published_without_a_fault_and_survives_a_move(
     usd = [f for f in report.findings if f.check.startswith("usd/")]
     assert usd
     assert all(f.status.name == "PASS" for f in usd)
+
+
+@pytest.mark.parametrize("preset", preset_names())
+def test_every_preset_is_published_without_a_fault(preset, tmp_path):
+    """Slubs, hairs and uneven colors break no check, in a fabric's own weave."""
+    draft = tmp_path / "own.wif"
+    draft.write_bytes(write_wif(make_draft(read_preset(preset).weave or "plain")))
+    done = weaveusd.publish(draft, preset=preset, root=tmp_path / "root", resolution=256)
+    assert done.findings == []
 
 
 def test_a_reader_without_our_schema_sees_every_value(tmp_path):
@@ -170,11 +182,78 @@ def DomeLight "Sky" {{
 """
 
 
+FACE_ON = """#usda 1.0
+(
+    upAxis = "Y"
+    metersPerUnit = 1
+)
+def Scope "Cloth" ( references = @{entry}@ )
+{{
+    over "Material"
+    {{
+        float2 inputs:uv_scale = (1, 1)
+    }}
+}}
+def Mesh "Sheet" ( prepend apiSchemas = ["MaterialBindingAPI"] )
+{{
+    rel material:binding = </Cloth/Material>
+    uniform token subdivisionScheme = "none"
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1)] ( interpolation = "vertex" )
+}}
+def Camera "Eye" {{
+    token projection = "orthographic"
+    float horizontalAperture = 10
+    float verticalAperture = 10
+    float2 clippingRange = (.1, 10)
+    double3 xformOp:translate = (.5, .5, 3)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}}
+def DomeLight "Sky" {{
+    float inputs:intensity = 1
+}}
+"""
+
+
+def test_a_right_handed_twill_is_right_handed_in_every_picture(tmp_path):
+    """Z: up to the right, in the texture files and in a render."""
+    import OpenImageIO as oiio  # noqa: N813
+
+    from weaveusd.draft.make import make_draft
+    from weaveusd.draft.write import write_wif
+    from weaveusd.render import variant
+
+    wif = tmp_path / "z.wif"
+    wif.write_bytes(write_wif(make_draft("twill:2/2:Z@FFFFFF,101010")))
+    done = weaveusd.publish(wif, preset="cotton", root=tmp_path, resolution=64)
+    texture = oiio.ImageBuf(str(done.asset.folder / "textures" / "base_color.png")).get_pixels()
+    assert climbs_to_the_right(texture[..., 0])
+    try:
+        variant.prepare()
+    except RendererUnavailableError as error:
+        pytest.skip(str(error))
+    stage = tmp_path / "face.usda"
+    stage.write_text(FACE_ON.format(entry=f"./{done.asset.entry.relative_to(tmp_path)}"))
+    assert climbs_to_the_right(weaveusd.render(stage, width=64, spp=64).image[..., 0])
+
+
+def climbs_to_the_right(picture: np.ndarray) -> bool:
+    """Whether a top-down picture of one repeat of four threads is alike one up, one right."""
+    step = len(picture) // 4
+    bright = picture > np.median(picture)
+
+    def alike(across: int) -> float:
+        return float(np.mean(np.roll(bright, (-step, across), (0, 1)) == bright))
+
+    return alike(step) > 0.8 > alike(-step)
+
+
 @pytest.mark.parametrize("preset", ["linen", pytest.param("silk", marks=pytest.mark.slow)])
 def test_the_published_stage_looks_like_the_material_in_memory(preset, tmp_path, monkeypatch):
     """Two-sample z-test over pixels: the pictures differ by noise and nothing else."""
     from weaveusd.render import variant
-    from weaveusd.yarn.recipe import read_preset
 
     try:
         variant.prepare()

@@ -151,6 +151,7 @@ def _table(description: Description) -> Table:
         ("", f"weft {_counts(d.face_floats['weft'])}"),
         ("warp on the face", f"{d.warp_face:.0%}"),
         ("interlacing", f"warp {d.warp_interlacing:.0%}, weft {d.weft_interlacing:.0%}"),
+        *(("yarn", yarn) for yarn in d.yarns[:16]),
         ("colors", " ".join(d.colors[:16]) + (" …" if len(d.colors) > 16 else "")),
         ("drawdown SHA-256", d.drawdown_sha256),
     ):

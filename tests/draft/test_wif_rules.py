@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.draft.wif_text import TWILL_ROWS, read, rows, warned, wif
+from weaveusd.draft.statistics import describe
 from weaveusd.draft.wif import read_wif
 from weaveusd.errors import DraftError
 
@@ -123,11 +124,13 @@ def test_a_row_without_an_equals_sign_is_empty() -> None:
     assert warned(draft, "1 of 4 ends are on no shaft")
 
 
-def test_version_1_2_is_read_and_its_yarns_are_mentioned() -> None:
-    draft = read(wif({"WIF": "Version=1.2", "YARNS": "1=Peacock, cotton, 8/2"}))
+def test_version_1_2_is_read_with_its_yarns() -> None:
+    draft = read(wif({"WIF": "Version=1.2", "YARNS": "1=Peacock, cotton, 8/2\n2=Ash, wool, 2/60"}))
     assert rows(draft) == TWILL_ROWS
+    assert draft.yarns == ("Peacock, cotton, 8/2", "Ash, wool, 2/60")
+    assert describe(draft).yarns == list(draft.yarns)
     assert warned(draft, "Version is '1.2'")
-    assert warned(draft, "[YARNS]", "Peacock")
+    assert warned(draft, "[YARNS]", "2 yarns")
 
 
 def test_a_date_or_program_of_any_form_does_not_matter() -> None:

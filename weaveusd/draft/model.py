@@ -39,8 +39,9 @@ class Draft:
     Row 0 of the liftplan is the first pick, column 0 of everything is the first shaft; thread
     and palette indices count from 0. Arrays are read-only. Lengths are in mm and are None where
     the draft does not state them. The title is one line; the notes are lines without blanks at
-    their ends; neither holds control characters. Two drafts are equal when they weave the same
-    cloth from the same threads under the same title and notes; warnings do not count.
+    their ends; neither holds control characters. `yarns` is what the file says of its yarns, a
+    line each, as the proposed WIF 1.2 has it. Two drafts are equal when they weave the same cloth
+    from the same threads under the same title and notes; yarns and warnings do not count.
 
     Raises
     ------
@@ -61,6 +62,7 @@ class Draft:
     title: str = ""
     notes: str = ""
     warnings: tuple[DraftWarning, ...] = field(default=())
+    yarns: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         freeze = object.__setattr__

@@ -23,6 +23,7 @@ def from_drawdown(
     title: str = "",
     notes: str = "",
     warnings: tuple[DraftWarning, ...] = (),
+    yarns: tuple[str, ...] = (),
     lengths: dict[str, Doubles | None] | None = None,
 ) -> Draft:
     """Return the draft that weaves the drawdown `up` (picks, ends), row 0 the first pick.
@@ -42,6 +43,7 @@ def from_drawdown(
         title=title,
         notes=notes,
         warnings=warnings,
+        yarns=yarns,
         **(lengths or {}),
     )
 

@@ -52,6 +52,7 @@ class Description:
     weft_interlacing: float
     never_interlacing: int  # ends and picks that stay on one side
     colors: list[str]  # of the threads, "#rrggbb", in the palette's order
+    yarns: list[str]  # what the file says of its yarns
     warnings: list[str]
 
     def as_dict(self) -> dict[str, Any]:
@@ -98,6 +99,7 @@ def describe(draft: Draft) -> Description:
         weft_interlacing=float((up != np.roll(up, 1, axis=1)).mean()),
         never_interlacing=still,
         colors=used_colors(draft),
+        yarns=list(draft.yarns),
         warnings=warnings,
     )
 

@@ -44,6 +44,7 @@ def rotate(draft: Draft) -> Draft:
         title=draft.title,
         notes=draft.notes,
         warnings=draft.warnings,
+        yarns=draft.yarns,
         lengths={
             "warp_pitch_mm": _reversed(draft.weft_pitch_mm),
             "weft_pitch_mm": draft.warp_pitch_mm,
@@ -65,6 +66,7 @@ def invert(draft: Draft) -> Draft:
         title=draft.title,
         notes=draft.notes,
         warnings=draft.warnings,
+        yarns=draft.yarns,
         lengths={
             "warp_pitch_mm": draft.warp_pitch_mm,
             "weft_pitch_mm": draft.weft_pitch_mm,

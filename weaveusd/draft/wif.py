@@ -16,6 +16,9 @@ from weaveusd.draft.shed import read_liftplan
 from weaveusd.draft.text import one_line, quoted
 from weaveusd.errors import DraftError
 
+MAX_YARNS, MAX_YARN_TEXT = 256, 200
+"""Yarns that are kept, and characters of each."""
+
 
 def read_wif(path: str | os.PathLike[str]) -> Draft:
     """Return the draft in the WIF at `path`.
@@ -78,21 +81,31 @@ def parse_wif(data: bytes, name: str) -> Draft:
         **lengths,
         title=title[1] if title else "",
         notes=_notes(rows),
+        yarns=_yarns(rows),
         warnings=scanned.warnings,
     )
 
 
 def _note_head(rows: Rows) -> None:
-    """Warn of lines above the first section, of an unknown version, and of yarns."""
+    """Warn of lines above the first section and of an unknown version."""
     head = rows.scan.sections["WIF"]
     if head.loose:
         rows.warn(head.loose[0][0], "WIF", f"{len(head.loose)} lines that are no keys; ignored")
     version = rows.value("WIF", "Version")
     if version is not None and version[1] not in ("1", "1.0", "1.1"):
         rows.warn(version[0], "WIF", f"Version is {quoted(version[1])}; read as 1.1")
-    if (yarns := rows.section("YARNS")) is not None:
-        names = [quoted(value) for _, value in yarns.rows.values()][:8]
-        rows.warn(yarns.line, "YARNS", f"lists {', '.join(names)}; a recipe says the yarns")
+
+
+def _yarns(rows: Rows) -> tuple[str, ...]:
+    """Return what a WIF 1.2 says of its yarns; nothing is computed from it, a recipe is."""
+    section = rows.section("YARNS")
+    if section is None:
+        return ()
+    kept = [one_line(value)[:MAX_YARN_TEXT] for _, value in section.rows.values()][:MAX_YARNS]
+    rows.warn(
+        section.line, "YARNS", f"{len(section.rows)} yarns; a recipe decides them"
+    )
+    return tuple(kept)
 
 
 def _notes(rows: Rows) -> str:
