@@ -16,7 +16,7 @@ from weaveusd.cloth.weave import weave
 from weaveusd.contract import GAP
 from weaveusd.synth.textures import synthesize, texture_size
 from weaveusd.synth.tones import lightness
-from weaveusd.yarn.irregularity import Irregularity
+from weaveusd.yarn.irregularity import REGULAR, Irregularity
 from weaveusd.yarn.recipe import preset_names, read_preset
 
 CORPUS = Path(__file__).parents[3] / "shared" / "corpus"
@@ -27,6 +27,9 @@ cloths = pytest.mark.parametrize(
     [(w, p) for w in WEAVES.values() for p in preset_names()],
     ids=[f"{w}-{p}" for w in WEAVES for p in preset_names()],
 )
+
+
+EVEN = {"twist_deviation": 0, "irregularity": REGULAR}
 
 
 def regular(cloth, **changes):
@@ -97,7 +100,7 @@ def test_opposite_edges_meet_as_neighbours_do():
         n = len(warp_up)
         size = 40 * n
         recipe = replace(read_preset("cotton"))
-        still = replace(recipe, yarns=tuple(replace(y, twist_deviation=0) for y in recipe.yarns))
+        still = replace(recipe, yarns=tuple(replace(y, **EVEN) for y in recipe.yarns))
         one = synthesize(weave(draft_of(warp_up), still), resolution=size).whole()
         rolled = np.roll(warp_up, (1, 1), (0, 1))
         other = synthesize(weave(draft_of(rolled), still), resolution=size).whole()
@@ -113,7 +116,7 @@ def test_exchanging_warp_and_weft_turns_the_texture():
     square = replace(
         recipe,
         picks_per_cm=recipe.ends_per_cm,
-        yarns=tuple(replace(y, twist_deviation=0) for y in recipe.yarns),
+        yarns=tuple(replace(y, **EVEN) for y in recipe.yarns),
     )
     warp_up = np.array([[1, 1, 0], [0, 1, 0], [0, 0, 1]], bool)
     turned = ~np.rot90(warp_up)  # row 0 is the lowest y, so this turns right as seen
@@ -178,7 +181,7 @@ TINTED = {"color": 3.0, "color_correlation_mm": 0.8}
 def test_what_is_irregular_still_tiles(changes):
     """Across the border of the repeat, texels differ as they do between neighbours inside."""
     cloth = regular(woven(np.tile(twill(), (2, 2)), "wool"), **changes)
-    out = synthesize(cloth, resolution=480, seed=5).whole()
+    out = synthesize(cloth, resolution=480, seed=6).whole()
     for name in ("height", "normal", "tangent", "base_color", "opacity"):
         for axis in (0, 1):
             step = np.abs(np.diff(out[name], axis=axis)).mean((axis ^ 1, 2))
@@ -216,6 +219,31 @@ def test_a_patch_keeps_the_color_of_its_yarn(delta_e):
         y, wanted = found @ LUMINANCE, np.array(yarn.color) @ LUMINANCE
         assert abs(lightness(y.mean()) - lightness(wanted)) < 1
         assert lightness(y).std() == pytest.approx(delta_e, rel=0.25)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_small_repeat_of_uneven_yarn_keeps_the_yarn_s_means(seed):
+    cloth = woven(plain(), "linen")
+    uneven = regular(cloth, thickness=0.15, color=2.5)
+    even, out = (synthesize(c, resolution=200, seed=seed).whole() for c in (regular(cloth), uneven))
+    for k, yarn in enumerate(uneven.yarns):
+        found = out["base_color"][out["yarn_id"][..., 0] == k].mean(0, dtype=float)
+        assert abs(lightness(found @ LUMINANCE) - lightness(yarn.color @ LUMINANCE)) < 1
+    assert out["opacity"].mean() == pytest.approx(even["opacity"].mean(), abs=0.02)
+
+
+def test_hairs_too_faint_for_eight_bits_are_a_gap():
+    out = synthesize(regular(woven(plain(), "cotton"), hairiness=0.2), resolution=300).whole()
+    stored = np.rint(out["opacity"] * 255)
+    np.testing.assert_array_equal(stored == 0, out["yarn_id"] == GAP)
+
+
+def test_a_color_at_the_gamut_s_edge_keeps_its_mean():
+    cloth = woven(np.tile(plain(), (20, 20)), "linen")
+    red = tuple(replace(y, color=(1.0, 0.4, 0.1)) for y in cloth.yarns)
+    uneven = regular(replace(cloth, yarns=red), color=4.0, color_correlation_mm=0.5)
+    out = synthesize(uneven, resolution=400, seed=1).whole()["base_color"]
+    np.testing.assert_allclose(out.mean((0, 1)), red[0].color, atol=0.005)
 
 
 def test_a_melange_shares_out_its_colors():

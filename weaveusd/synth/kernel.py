@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 FRINGE = 0.6
 """How far the hairs of a yarn reach beside it, in half widths."""
 
+FAINTEST = 1 / 255
+"""Hairs of less opacity are none: eight bits would hold a gap with a yarn in it."""
+
 STRAND_1, STRAND_3 = 0.5 / math.pi, 0.25 - 0.5 / math.pi
 """Coefficients of sin v and its cube that stand for v / 2π where plies wind."""
 
@@ -81,6 +84,8 @@ def fill_rows(  # type: ignore[no-untyped-def] # numba compiles it for the types
                 along = _fringe(weft.hair[r], abs(off_y), weft_edge)
                 z = min(warp.sunk[c] + warp.half_height[c], weft.sunk[r] + weft.half_height[r])
                 alpha = 1.0 - (1.0 - across) * (1.0 - along)
+                if alpha < FAINTEST:
+                    alpha = 0.0
                 if along > across:
                     t_x, t_y = 1.0, 0.0
                     _color(base_color[k, i], tones, weft, r, 0.0, x, width_mm)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -30,7 +31,8 @@ def wander(
     `deviation` σ and `correlation_mm` are those of each yarn, `yarn` (threads,) says which one
     a thread is of. The knots divide the repeat evenly, about one a correlation length of the
     yarn with the shortest; a repeat shorter than that has one, so that threads differ but do
-    not change. Threads are independent of each other; the same `seed` gives the same numbers.
+    not change. A yarn's deviations add up to zero, so that even a small repeat has its mean;
+    but for that, threads are independent. The same `seed` gives the same numbers.
     """
     sigma = np.asarray(deviation, float)
     moving = sigma > 0
@@ -39,4 +41,9 @@ def wander(
     shortest = float(np.asarray(correlation_mm, float)[moving].min())
     knots = int(np.clip(round(length_mm / shortest), 1, MAX_KNOTS))
     normal = np.random.Generator(np.random.PCG64(seed)).standard_normal((len(yarn), knots))
-    return np.asarray(sigma[yarn, None] * np.clip(normal, -MAX_SIGMAS, MAX_SIGMAS))
+    normal = np.clip(normal, -MAX_SIGMAS, MAX_SIGMAS)
+    for one in np.unique(yarn):
+        own = normal[yarn == one]
+        # An exact sum: that of NumPy may differ between machines.
+        normal[yarn == one] = own - math.fsum(own.ravel()) / own.size
+    return np.asarray(sigma[yarn, None] * normal)

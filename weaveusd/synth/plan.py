@@ -93,7 +93,11 @@ def lay_cells(edge_mm: Doubles, texels: int) -> Cells:
 
 def _top(threads: Threads) -> float:
     """Return the height of the highest crown over the cloth's middle plane."""
-    return float((threads.axis + threads.half_height * (1 + threads.thick.max(1))).max())
+    # Blended knots a and b, weights of norm one, reach √(a² + b²) where both are positive.
+    thick = np.maximum(threads.thick, 0)
+    if thick.shape[1] > 1:
+        thick = np.sqrt(thick**2 + np.roll(thick, -1, 1) ** 2)
+    return float((threads.axis + threads.half_height * (1 + thick.max(1))).max())
 
 
 def _lowered(threads: Threads, top: float) -> Threads:

@@ -40,6 +40,7 @@ def lay_tones(yarns: tuple[Yarn, ...]) -> Tones:
     A tone is the color scaled so that its CIE lightness moves by the yarn's `color` deviation
     times −`MAX_SIGMAS`…`MAX_SIGMAS`; hue and chromaticity stay. Every row is scaled back so
     that its mean over a normal distribution is the color itself: a patch keeps the yarn's color.
+    For that, a color so bright that its lightest tone would leave 0…1 varies less.
     """
     most = max(1, *(len(_colors(y)) for y in yarns))
     table = np.zeros((len(yarns), most, STEPS, 3))
@@ -85,4 +86,7 @@ def _row(color: Doubles, delta_e: float) -> Doubles:
     scale = luminance(wanted) / y
     weight = np.exp(-0.5 * sigmas**2)
     scale *= weight.sum() / (weight @ scale)
+    room = 1 / float(color.max()) - 1
+    if scale.max() - 1 > room:
+        scale = 1 + (scale - 1) * (room / (scale.max() - 1))
     return np.asarray(np.minimum(scale[:, None] * color, 1.0))

@@ -3,21 +3,35 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from weaveusd.contract import TEXTURE_DIR
 from weaveusd.validate.model import Finding
 from weaveusd.validate.registry import Code
+from weaveusd.validate.textures import Band
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+SOLID = ("yarn_id.png", "opacity.png")
+"""Files that `solid_ids` needs."""
+
+
 def any_component(faulty: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return (rows, width): where any component of `faulty`, (rows, width, c), holds."""
     return np.asarray(faulty.any(axis=-1))
+
+
+def solid_ids(band: Band) -> NDArray[Any]:
+    """Return (rows, width): the yarn ids of `band`, 0 in gaps and where there are but hairs.
+
+    Loose hairs are half transparent and have no surface: their normal is up.
+    """
+    ids, opacity = band.pixels["yarn_id.png"][..., 0], band.pixels["opacity.png"][..., 0]
+    return np.where(opacity == 255, ids, ids.dtype.type(0))
 
 
 @dataclass(slots=True)

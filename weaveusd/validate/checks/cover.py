@@ -11,7 +11,7 @@ from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
 
-COVER = Code("cover-disagrees", Status.FAIL, "The share of opaque texels is not the stated cover.")
+COVER = Code("cover-disagrees", Status.FAIL, "The mean opacity is not the stated cover.")
 
 TOLERANCE = 0.01
 
@@ -23,16 +23,17 @@ TOLERANCE = 0.01
     codes=(COVER,),
 )
 def cover(asset: OpenAsset) -> Iterator[Finding]:
-    """The share of the area under yarn is the cover that is stated."""
+    """The share of the light that yarns and their hairs catch is the cover that is stated."""
     stated = asset.cloth("cover")
     if not isinstance(stated, float):
         return  # attribute/cloth reports it
-    opaque = texels = 0
+    caught = texels = 0
     for band in asset.textures.bands("opacity.png"):
-        opaque += int(np.count_nonzero(band.pixels["opacity.png"]))
+        caught += int(band.pixels["opacity.png"].sum(dtype=np.int64))
         texels += band.pixels["opacity.png"].size
-    if abs(opaque / texels - stated) > TOLERANCE:
+    found = caught / (255 * texels)
+    if abs(found - stated) > TOLERANCE:
         yield COVER(
-            f"{opaque / texels:.1%} of the texels are opaque, stated is {stated:.1%}",
+            f"the opacity is {found:.1%} on average, stated is {stated:.1%}",
             f"{TEXTURE_DIR}/opacity.png",
         )

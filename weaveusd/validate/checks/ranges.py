@@ -12,7 +12,7 @@ from weaveusd.validate.registry import Code, check
 COLOR = Code("albedo-range", Status.FAIL, "An albedo is negative or above 1.")
 ABOVE = Code("height-above-crown", Status.FAIL, "A height is above the crown of the highest float.")
 BELOW = Code("height-below-cloth", Status.FAIL, "A height is further down than the cloth is thick.")
-COVERAGE = Code("opacity-between", Status.WARN, "An opacity is neither 0 nor 1.")
+COVERAGE = Code("opacity-between", Status.WARN, "An opacity is between 0 and 1 without hairs.")
 
 HALF_STEP = 2.0**-11
 """Half floats next to 1 are rounded by at most this, relatively."""
@@ -25,9 +25,10 @@ HALF_STEP = 2.0**-11
     codes=(COLOR, ABOVE, BELOW, COVERAGE),
 )
 def value_ranges(asset: OpenAsset) -> Iterator[Finding]:
-    """Albedos are from 0 to 1, heights within the cloth and opacities 0 or 1."""
+    """Albedos are from 0 to 1, heights within the cloth; only hairs are half transparent."""
     color, above, below, coverage = Tally(), Tally(), Tally(), Tally()
     thickness = asset.cloth("thickness")
+    hairy = any(asset.yarn(yarn, "hairiness") for yarn in asset.yarns)
     for band in asset.textures.bands("base_color.exr", "height.exr", "opacity.png"):
         albedo = band.pixels["base_color.exr"]
         color.add(band.first, any_component((albedo < 0) | (albedo > 1)), albedo)
@@ -36,7 +37,8 @@ def value_ranges(asset: OpenAsset) -> Iterator[Finding]:
         if isinstance(thickness, float):
             below.add(band.first, height < -thickness * (1 + HALF_STEP), height)
         opacity = band.pixels["opacity.png"][..., 0]
-        coverage.add(band.first, (opacity > 0) & (opacity < 255), opacity)
+        if not hairy:
+            coverage.add(band.first, (opacity > 0) & (opacity < 255), opacity)
     yield from color.report(COLOR, "base_color.exr", "outside 0 to 1")
     yield from above.report(ABOVE, "height.exr", "above the highest crown")
     yield from below.report(BELOW, "height.exr", f"below the cloth, {thickness} mm thick")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from weaveusd.contract import TEXTURE_DIR
+from weaveusd.validate.checks._texels import SOLID, solid_ids
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
@@ -57,7 +58,7 @@ def slopes(asset: OpenAsset) -> Iterator[Finding]:
     texel_mm = repeat[0] / header.width, repeat[1] / header.height
     sums = np.zeros((2, 3))
     texels, judged = 0, np.zeros(2)
-    for band in asset.textures.bands("height.exr", "normal.exr", "yarn_id.png"):
+    for band in asset.textures.bands("height.exr", "normal.exr", *SOLID):
         for axis, (expected, found) in enumerate(_pairs(band, texel_mm)):
             sums[axis] += expected @ expected, found @ found, expected @ found
             judged[axis] += len(expected)
@@ -84,7 +85,7 @@ def _pairs(band: Band, texel_mm: tuple[float, float]) -> Iterator[tuple[Floats32
     Only texels that have two of their own yarn on either side count.
     """
     height = band.pixels["height.exr"][..., 0].astype(np.float32)
-    ids = band.pixels["yarn_id.png"][..., 0]
+    ids = solid_ids(band)
     normal = band.vectors("normal.exr")
     for axis, step in ((1, texel_mm[0]), (0, -texel_mm[1])):  # image rows run against y
         before2, before, here, after, after2 = _neighbors(axis)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from weaveusd.contract import TEXTURE_DIR
+from weaveusd.validate.checks._texels import SOLID, solid_ids
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
@@ -28,7 +29,7 @@ COARSE = Code(
     "tile-unread", Status.SKIP, "The textures are too coarse to tell a seam from a border of yarns."
 )
 
-NORMAL, TANGENT, IDS = "normal.png", "tangent.png", "yarn_id.png"
+NORMAL, TANGENT = "normal.png", "tangent.png"
 """The 16 bits of the PNG resolve steps that half floats round away."""
 
 LINES = 128
@@ -179,8 +180,8 @@ def _yarn_borders(asset: OpenAsset, axis: int) -> NDArray[np.intp]:
     length = _length(asset, axis)
     changes = np.zeros(length, dtype=int)
     last = None
-    for band in asset.textures.bands(IDS):
-        ids = band.pixels[IDS][..., 0]
+    for band in asset.textures.bands(*SOLID):
+        ids = solid_ids(band)
         if axis == 1:
             changes[:-1] += (ids[:, 1:] != ids[:, :-1]).sum(axis=0)
             continue
@@ -206,8 +207,8 @@ def _gather(asset: OpenAsset, axis: int, borders: NDArray[np.intp]) -> Strips:
         return np.asarray(values[rows - first])
 
     parts: list[tuple[NDArray[Any], ...]] = []
-    for band in asset.textures.bands(NORMAL, TANGENT, IDS):
-        arrays = band.pixels[NORMAL], band.pixels[TANGENT], band.pixels[IDS][..., 0]
+    for band in asset.textures.bands(NORMAL, TANGENT, *SOLID):
+        arrays = band.pixels[NORMAL], band.pixels[TANGENT], solid_ids(band)
         parts.append(tuple(chosen(values, band.first) for values in arrays))
     normal, tangent, ids = (
         np.concatenate(part, axis=axis)[place] for part in zip(*parts, strict=True)
