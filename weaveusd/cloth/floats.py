@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from weaveusd.draft.statistics import float_lengths
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -44,5 +46,5 @@ def cyclic_runs(on_top: Bools) -> tuple[Indices, Indices, Indices, Indices]:
 
 def longest_float(warp_up: Bools) -> int:
     """Return the longest cyclic float of either face of a drawdown (picks, ends), in threads."""
-    faces = (warp_up.T, ~warp_up.T, warp_up, ~warp_up)
-    return max(int(cyclic_runs(face)[2].max(initial=0)) for face in faces)
+    lengths = [*float_lengths(warp_up.T), *float_lengths(warp_up)]
+    return max(int(found.max(initial=0)) for found in lengths)
