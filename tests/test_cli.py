@@ -194,6 +194,21 @@ def test_presets_are_listed_with_their_source(run):
     assert all(p["title"] and p["kind"] and p["source"] for p in listed)
 
 
+def test_one_preset_shows_its_numbers_and_their_source(run):
+    status, out, _ = run("presets", "silk")
+    assert status == 0
+    for said in ("Sadeghi et al. 2013", "84 ", "39 picks", "gamma_s", "5°", "estimated"):
+        assert said in out
+
+
+def test_a_terminal_sees_a_swatch_beside_each_preset(run, monkeypatch):
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    status, out, _ = run("presets")
+    assert status == 0
+    assert out.count("▀") >= 19 * 16 * 4
+    assert "houndstooth" in out
+
+
 def test_env_is_what_a_shell_can_evaluate(run):
     _, out, _ = run("env")
     found = subprocess.run(

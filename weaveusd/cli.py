@@ -21,7 +21,7 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from weaveusd import cli_draft
+from weaveusd import cli_draft, cli_presets
 from weaveusd._version import __version__
 from weaveusd.errors import WeaveusdError
 
@@ -228,24 +228,6 @@ def validate(stage: StageFile, as_json: Json = False) -> None:
 
 
 @app.command()
-def presets(
-    name: Annotated[str | None, typer.Argument(help="One preset, with every number.")] = None,
-    as_json: Json = False,
-) -> None:
-    """List the presets, or show one with its numbers and their source."""
-    from weaveusd import pipeline
-
-    found = pipeline.presets(name)
-    if as_json:
-        _print_json(found)
-    elif name is None:
-        for preset in found:
-            _say(f"{preset['name']:<12} {preset['kind']:<7} {preset['title']}")
-    else:
-        _say(json.dumps(found[0], indent=2, ensure_ascii=False))
-
-
-@app.command()
 def env(as_json: Json = False) -> None:
     """Print what usdview and other USD programs need to know the schema.
 
@@ -262,6 +244,7 @@ def env(as_json: Json = False) -> None:
 
 
 cli_draft.register(app)
+cli_presets.register(app)
 
 
 def _pair(option: str, text: str | None, number: str) -> tuple[float, float] | None:

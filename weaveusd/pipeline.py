@@ -206,6 +206,14 @@ def presets(name: str | None = None) -> list[dict[str, Any]]:
     return [asdict(read_preset(n)) for n in (preset_names() if name is None else (name,))]
 
 
+def preset_swatch(name: str, width: int, height: int) -> str:
+    """Return a preset's cloth as text for a terminal, `width` columns of `height` / 2 lines."""
+    from weaveusd.swatch import swatch, swatch_text
+    from weaveusd.yarn.recipe import read_preset
+
+    return swatch_text(swatch(read_preset(name), width=width, height=height))
+
+
 def environment() -> dict[str, str]:
     """Return the environment variables that let other USD programs know the schema."""
     from weaveusd.stage import schema_dir

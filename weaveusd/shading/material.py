@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from weaveusd.cloth.model import Weave
+    from weaveusd.contract import ColorSpace
     from weaveusd.synth.model import TextureSet
 
 
@@ -51,3 +52,8 @@ class ClothMaterial:
     fit: StandardFit
     yarn_fits: tuple[StandardFit, ...]
     provenance: Provenance
+
+    @property
+    def color_space(self) -> ColorSpace:
+        """Color space of the textures and of the yarns' colors."""
+        return self.weave.color_space

@@ -65,12 +65,22 @@ class _Fibre(NamedTuple):
 
 
 def evaluate(
-    wi: ArrayLike, wo: ArrayLike, n: ArrayLike, t: ArrayLike, params: Parameters
+    wi: ArrayLike,
+    wo: ArrayLike,
+    n: ArrayLike,
+    t: ArrayLike,
+    params: Parameters,
+    *,
+    n_v: float | None = None,
 ) -> Doubles:
-    """Return ``(f_R + A N_V f_V) |n·wo|`` (…, channels of A) in 1/sr (physics.md D)."""
+    """Return ``(f_R + A N_V f_V) |n·wo|`` (…, channels of A) in 1/sr (physics.md D).
+
+    `n_v` is the N_V that an asset states; by default it follows from `params`.
+    """
     fibre = _in_fibre_frame(wi, wo, n, t)
     f_r, f_v = _lobes(fibre, params)
-    n_v = normalization(params.eta, params.k_d, params.k_s, params.gamma_s, params.gamma_v)
+    if n_v is None:
+        n_v = normalization(params.eta, params.k_d, params.k_s, params.gamma_s, params.gamma_v)
     albedo = np.asarray(params.A, float)
     value: Doubles = (f_r[..., None] + albedo * n_v * f_v[..., None]) * np.abs(
         fibre.n_dot_o[..., None]
