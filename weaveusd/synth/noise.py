@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,18 @@ if TYPE_CHECKING:
 MAX_KNOTS = 512
 MAX_SIGMAS = 3.0
 """Deviations are clipped to so many standard deviations."""
+
+
+class Blend(NamedTuple):
+    """Which two knots every texel of an axis lies between, and the weight of each.
+
+    One row for each of several deviations, whose knots are not as many.
+    """
+
+    left: Indices  # (deviations, texels)
+    right: Indices  # (deviations, texels)
+    left_weight: Doubles  # (deviations, texels)
+    right_weight: Doubles  # (deviations, texels)
 
 
 def wander(
@@ -47,3 +59,19 @@ def wander(
         # An exact sum: that of NumPy may differ between machines.
         normal[yarn == one] = own - math.fsum(own.ravel()) / own.size
     return np.asarray(sigma[yarn, None] * normal)
+
+
+def blends(knots: Sequence[int], texels: int) -> Blend:
+    """Return how `texels` texels over a repeat blend deviations of so many `knots`.
+
+    Two neighbouring knots are blended linearly and divided by the norm of their weights, so
+    that the variance between knots is that at the knots. A single knot stands as it is.
+    """
+    count = np.asarray(knots)[:, None]
+    place = (np.arange(texels) + 0.5) * (count / texels)
+    left = np.floor(place)
+    w = np.where(count > 1, place - left, 0.0)
+    norm = np.sqrt(w * w + (1.0 - w) * (1.0 - w))
+    index = left.astype(np.int32) % count.astype(np.int32)
+    right = (index + 1) % count.astype(np.int32)
+    return Blend(index, right, (1.0 - w) / norm, w / norm)

@@ -6,7 +6,9 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numba import njit, prange
+
+from weaveusd.synth.compiled import compiled
+from weaveusd.synth.rows import share_out
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,18 +26,26 @@ DIRECTIONS = np.array(
 )  # fmt: skip
 
 
-def occlusion(height_mm: Floats32, texel_mm: tuple[float, float], radius_mm: float) -> Floats32:
+def occlusion(
+    height_mm: Floats32, texel_mm: tuple[float, float], radius_mm: float, threads: int = 1
+) -> Floats32:
     """Return the visible share (H, W) of a sky over a periodic field of heights (H, W).
 
     Along each direction the horizon's slope is t = max (z' − z) / distance, and the share of the
     cosine-weighted sky above it cos² of its elevation, 1 / (1 + t²); the mean over directions.
-    `texel_mm` is the size of a texel along x and y.
+    `texel_mm` is the size of a texel along x and y; so many `threads` compute.
     """
     out = np.empty_like(height_mm)
     reach = DIRECTIONS[:, None, :] * np.linspace(radius_mm / STEPS, radius_mm, STEPS)[:, None]
     offset = np.rint(reach / texel_mm).astype(np.int32)
     distance = np.sqrt(((offset * texel_mm) ** 2).sum(-1))
-    _fill(height_mm, offset, np.where(distance > 0, distance, np.inf), out)
+    inverse = np.divide(1.0, distance, out=np.zeros_like(distance), where=distance > 0)
+
+    def fill(first: int, last: int) -> None:
+        slope = np.empty(out.shape[1])
+        _fill(first, height_mm, offset, inverse, slope, out[first:last])
+
+    share_out(fill, len(out), threads)
     return out
 
 
@@ -51,21 +61,28 @@ def upsampled(field: Floats32, rows: NDArray[np.float64], width: int) -> Floats3
     return np.asarray(left + u * (right - left))
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _fill(height, offset, distance, out):  # type: ignore[no-untyped-def]
+@compiled
+def _fill(first, height, offset, inverse, slope, out):  # type: ignore[no-untyped-def]
+    # Directions outside, texels inside: that loop becomes vector instructions.
     rows, columns = height.shape
-    directions, steps = distance.shape
-    for i in prange(rows):
+    directions, steps = inverse.shape
+    for k in range(len(out)):
+        i = first + k
+        out[k, :] = 0.0
+        for d in range(directions):
+            slope[:] = 0.0
+            for s in range(steps):
+                other = height[(i + offset[d, s, 1]) % rows]
+                shift = offset[d, s, 0] % columns
+                split = columns - shift
+                for j in range(split):
+                    slope[j] = max(slope[j], (other[j + shift] - height[i, j]) * inverse[d, s])
+                for j in range(split, columns):
+                    slope[j] = max(slope[j], (other[j - split] - height[i, j]) * inverse[d, s])
+            for j in range(columns):
+                out[k, j] += 1.0 / (1.0 + slope[j] * slope[j])
         for j in range(columns):
-            z = height[i, j]
-            seen = 0.0
-            for d in range(directions):
-                slope = 0.0
-                for s in range(steps):
-                    other = height[(i + offset[d, s, 1]) % rows, (j + offset[d, s, 0]) % columns]
-                    slope = max(slope, (other - z) / distance[d, s])
-                seen += 1.0 / (1.0 + slope * slope)
-            out[i, j] = seen / directions
+            out[k, j] /= directions
 
 
 def texels_for(pitch_mm: float, texel_mm: float) -> int:

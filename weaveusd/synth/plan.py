@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from weaveusd.cloth.layout import corner_limit, swing_mm
-from weaveusd.synth.noise import wander
+from weaveusd.synth.noise import Blend, blends, wander
 from weaveusd.synth.spine import CIRCLE, CONIC, conic_parameters
 
 if TYPE_CHECKING:
@@ -60,6 +60,7 @@ class Cells(NamedTuple):
     thread: Indices  # (texels,) thread whose cell the texel is in
     offset: Doubles  # (texels,) distance from that thread's centre, mm
     beside: Indices  # (texels,) the thread next to it on the texel's side
+    end: Indices  # (threads,) the first texel behind each thread's cell
 
 
 def lay_threads(weave: Weave, seed: int) -> tuple[Threads, Threads]:
@@ -88,7 +89,15 @@ def lay_cells(edge_mm: Doubles, texels: int) -> Cells:
     center = 0.5 * (edge_mm[1:] + edge_mm[:-1])
     offset = position - center[thread]
     beside = (thread + np.where(offset < 0, -1, 1)) % threads
-    return Cells(position, thread.astype(np.int32), offset, beside.astype(np.int32))
+    end = np.searchsorted(thread, np.arange(threads), side="right")
+    return Cells(
+        position, thread.astype(np.int32), offset, beside.astype(np.int32), end.astype(np.int32)
+    )
+
+
+def lay_along(threads: Threads, texels: int) -> Blend:
+    """Return how texels along `threads` blend the deviations `TWIST`, `THICKNESS` and `TONE`."""
+    return blends([d.shape[1] for d in (threads.twist, threads.thick, threads.tone)], texels)
 
 
 def _top(threads: Threads) -> float:
@@ -96,7 +105,7 @@ def _top(threads: Threads) -> float:
     # Blended knots a and b, weights of norm one, reach √(a² + b²) where both are positive.
     thick = np.maximum(threads.thick, 0)
     if thick.shape[1] > 1:
-        thick = np.sqrt(thick**2 + np.roll(thick, -1, 1) ** 2)
+        thick = np.hypot(thick, np.roll(thick, -1, 1))
     return float((threads.axis + threads.half_height * (1 + thick.max(1))).max())
 
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from weaveusd.synth.compiled import compiled, inlined
 
 CIRCLE, CONIC = 0, 1
 """Kinds of spine. An end-bend is a circle behind a straight middle."""
@@ -23,19 +23,27 @@ CIRCLE, CONIC = 0, 1
 SIN_LIMIT = math.sin(math.pi / 2 - 0.02)
 """No inclination exceeds 90° − 0.02 rad."""
 
+_S = tuple((-1) ** k / math.factorial(2 * k + 1) for k in range(1, 7))
+_C = tuple((-1) ** k / math.factorial(2 * k) for k in range(1, 8))
+"""Coefficients of the series of sine and cosine behind their first terms."""
 
-@njit(cache=True, nogil=True, inline="always")
+_ROUNDING = 1.5 * 2.0**52
+
+
+@inlined
 def circle_bend(y: float, radius: float, b_cos_v: float) -> tuple[float, float, float]:
-    """Return sin u, cos u and the spine's height at distance `y` ≥ 0 into a circular bend.
+    """Return sin u, cos u and the spine's height at distance `y` into a circular bend.
+
+    Before the bend, where `y` is negative, the yarn is straight.
 
     sin u = y / (R₀ + b cos v), z_spine = R₀ (cos u − 1); `radius` is R₀, lengths in mm.
     """
-    sin_u = min(y / (radius + b_cos_v), SIN_LIMIT) if y > 0.0 else 0.0
+    sin_u = min(max(y, 0.0) / (radius + b_cos_v), SIN_LIMIT)
     cos_u = math.sqrt(1.0 - sin_u * sin_u)
     return sin_u, cos_u, radius * (cos_u - 1.0)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def conic_spine(sin_u: float, r_hat: float, scale: float) -> tuple[float, float, float]:
     """Return y, z and dy/d(sin u) of Irawan's conic spine at an inclination.
 
@@ -54,7 +62,7 @@ def conic_spine(sin_u: float, r_hat: float, scale: float) -> tuple[float, float,
     return y, z, scale * sign * r_hat / (root * root * root) * dq
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def conic_bend(y: float, r_hat: float, scale: float, b_cos_v: float) -> tuple[float, float, float]:
     """Return sin u, cos u and the spine's height at distance `y` ≥ 0 from a conic's middle.
 
@@ -82,7 +90,7 @@ def conic_bend(y: float, r_hat: float, scale: float, b_cos_v: float) -> tuple[fl
     return sin_u, math.sqrt(1.0 - sin_u * sin_u), z
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def frame(
     sin_u: float, cos_u: float, sin_v: float, cos_v: float, b_over_a: float,
     sin_psi: float, cos_psi: float,
@@ -101,7 +109,7 @@ def frame(
     return side, up * sin_u, up * cos_u, t_x, t_y, t_z
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inlined
 def sin_cos(angle: float) -> tuple[float, float]:
     """Return sine and cosine of an angle within ±π, by their series around angle/4.
 
@@ -110,12 +118,29 @@ def sin_cos(angle: float) -> tuple[float, float]:
     """
     q = 0.25 * angle
     q2 = q * q
-    s = q * (1.0 - q2 / 6.0 * (1.0 - q2 / 20.0 * (1.0 - q2 / 42.0 * (1.0 - q2 / 72.0 * (
-        1.0 - q2 / 110.0 * (1.0 - q2 / 156.0))))))  # fmt: skip
-    c = 1.0 - q2 / 2.0 * (1.0 - q2 / 12.0 * (1.0 - q2 / 30.0 * (1.0 - q2 / 56.0 * (
-        1.0 - q2 / 90.0 * (1.0 - q2 / 132.0 * (1.0 - q2 / 182.0))))))  # fmt: skip
+    s = q * (1.0 + q2 * (_S[0] + q2 * (_S[1] + q2 * (_S[2] + q2 * (_S[3] + q2 * (
+        _S[4] + q2 * _S[5]))))))  # fmt: skip
+    c = 1.0 + q2 * (_C[0] + q2 * (_C[1] + q2 * (_C[2] + q2 * (_C[3] + q2 * (
+        _C[4] + q2 * (_C[5] + q2 * _C[6]))))))  # fmt: skip
     s, c = 2.0 * s * c, c * c - s * s
     return 2.0 * s * c, c * c - s * s
+
+
+@inlined
+def nearest(x: float) -> float:
+    """Return the whole number nearest to `x`, ties to even, for |x| below 2^51.
+
+    Doubles of 2^52 and more have no fraction, so that adding 1.5 · 2^52 rounds; this is one
+    vector instruction twice, where the conversion to integers is none.
+    """
+    return (x + _ROUNDING) - _ROUNDING
+
+
+@inlined
+def floor(x: float) -> float:
+    """Return the greatest whole number not above `x`, for |x| below 2^51, as `nearest` does."""
+    whole: float = nearest(x)
+    return whole - 1.0 if whole > x else whole
 
 
 def circle_radius(bend_mm: float, u_max: float, b_mm: float) -> float:

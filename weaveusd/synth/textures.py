@@ -10,6 +10,7 @@ import numpy as np
 
 from weaveusd.contract import CHANNELS
 from weaveusd.synth.model import Band, TextureSet
+from weaveusd.synth.rows import share_out, thread_count
 
 if TYPE_CHECKING:
     from weaveusd.cloth.model import Weave
@@ -34,18 +35,22 @@ def texture_size(weave: Weave, resolution: int) -> tuple[int, int]:
     )
 
 
-def synthesize(weave: Weave, *, resolution: int = 1024, seed: int = 0) -> TextureSet:
+def synthesize(
+    weave: Weave, *, resolution: int = 1024, seed: int = 0, jobs: int | None = None
+) -> TextureSet:
     """Return the textures of one repeat of `weave`, computed when bands are asked for.
 
-    The same weave, resolution and seed give the same bits on every machine, for any bands.
-    Raises ValueError for a resolution out of bounds.
+    `jobs` threads compute, by default one for each core. The same weave, resolution and seed
+    give the same bits on every machine, for any bands and any number of jobs. Raises ValueError
+    for a resolution out of bounds or fewer than one job.
     """
     # Imported here: numba takes half a second that nobody else should pay.
     from weaveusd.synth.occlusion import upsampled
 
+    threads = thread_count(jobs)
     width, height = texture_size(weave, resolution)
-    surface = _surface(weave, width, height, seed)
-    sky = cache(lambda: _sky(weave, width, height, seed))
+    surface = _surface(weave, width, height, seed, threads)
+    sky = cache(lambda: _sky(weave, width, height, seed, threads))
 
     def band(first: int, last: int) -> Band:
         if not 0 <= first <= last <= height:
@@ -59,17 +64,20 @@ def synthesize(weave: Weave, *, resolution: int = 1024, seed: int = 0) -> Textur
 
 
 def _surface(
-    weave: Weave, width: int, height: int, seed: int
+    weave: Weave, width: int, height: int, seed: int, threads: int
 ) -> Callable[[int, int], dict[str, Floats32]]:
     """Return the function that computes rows of every channel but the occlusion."""
-    from weaveusd.synth.kernel import fill_rows
-    from weaveusd.synth.plan import lay_cells, lay_threads
+    from weaveusd.synth.derived import fill_derived
+    from weaveusd.synth.kernel import fill_rows, workspace
+    from weaveusd.synth.plan import lay_along, lay_cells, lay_threads
     from weaveusd.synth.tones import lay_tones
 
     warp, weft = lay_threads(weave, seed)
     columns = lay_cells(weave.warp_edge_mm, width)
     rows = lay_cells(weave.weft_edge_mm, height)
-    tones = lay_tones(weave.yarns)
+    by_row, by_column = lay_along(warp, height), lay_along(weft, width)
+    tones = lay_tones(weave.yarns, weave.color_space)
+    systems = np.array([yarn.system == "weft" for yarn in weave.yarns], np.int32)
     repeat_width, repeat_height = weave.repeat_mm
 
     def band(first: int, last: int) -> dict[str, Floats32]:
@@ -78,17 +86,26 @@ def _surface(
             for name, channel in CHANNELS.items()
             if name != "ambient_occlusion" and not channel.per_yarn
         }
-        fill_rows(
-            first, columns, rows, warp, weft, repeat_width, repeat_height, tones,
-            out["normal"], out["tangent"], out["height"], out["opacity"], out["yarn_id"],
-            out["base_color"], out["system"], out["fibre_angle"],
-        )  # fmt: skip
+
+        def fill(start: int, stop: int) -> None:
+            part = {name: texels[start:stop] for name, texels in out.items()}
+            fill_rows(
+                first + start, columns, rows, warp, weft, by_row, by_column,
+                repeat_width, repeat_height, tones,
+                part["normal"], part["tangent"], part["height"], part["opacity"],
+                part["yarn_id"], part["base_color"], *workspace(),
+            )  # fmt: skip
+            fill_derived(
+                part["tangent"], part["yarn_id"], systems, part["system"], part["fibre_angle"]
+            )
+
+        share_out(fill, last - first, threads)
         return out
 
     return band
 
 
-def _sky(weave: Weave, width: int, height: int, seed: int) -> Floats32:
+def _sky(weave: Weave, width: int, height: int, seed: int, threads: int) -> Floats32:
     """Return the occlusion (h, w), on a grid no finer than it needs."""
     from weaveusd.synth.occlusion import occlusion, texels_for
 
@@ -96,5 +113,6 @@ def _sky(weave: Weave, width: int, height: int, seed: int) -> Floats32:
     pitch_x, pitch_y = repeat_width / weave.ends, repeat_height / weave.picks
     w = max(8, width // texels_for(pitch_x, repeat_width / width))
     h = max(8, height // texels_for(pitch_y, repeat_height / height))
-    heights = _surface(weave, w, h, seed)(0, h)["height"][..., 0]
-    return occlusion(heights, (repeat_width / w, repeat_height / h), max(pitch_x, pitch_y))
+    heights = _surface(weave, w, h, seed, threads)(0, h)["height"][..., 0]
+    texel_mm = (repeat_width / w, repeat_height / h)
+    return occlusion(heights, texel_mm, max(pitch_x, pitch_y), threads)

@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from weaveusd.color_space import LUMINANCE, RGB
 from weaveusd.synth.noise import MAX_SIGMAS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from weaveusd.contract import ColorSpace
     from weaveusd.yarn.model import Yarn
 
     Doubles = NDArray[np.float64]
@@ -26,16 +28,17 @@ _EPSILON, _KAPPA = 216 / 24389, 24389 / 27  # CIE 15: the straight part of light
 
 
 class Tones(NamedTuple):
-    """Colors of all yarns, linear Rec.709."""
+    """Colors of all yarns, in the color space of the cloth."""
 
     table: Doubles  # (yarns, colors, STEPS, 3)
     colors: Indices  # (yarns,) colors that a yarn has
+    varies: Indices  # (yarns,) 1 where the tones of a color differ
     by_ply: Indices  # (yarns,) 1 where each ply has its color, 0 where bundles of fibres have
     slots: Indices  # (yarns, SLOTS) color of a bundle of fibres
 
 
-def lay_tones(yarns: tuple[Yarn, ...]) -> Tones:
-    """Return the tones of `yarns`.
+def lay_tones(yarns: tuple[Yarn, ...], space: ColorSpace = "lin_rec709") -> Tones:
+    """Return the tones of `yarns`, whose colors are in `space`.
 
     A tone is the color scaled so that its CIE lightness moves by the yarn's `color` deviation
     times −`MAX_SIGMAS`…`MAX_SIGMAS`; hue and chromaticity stay. Every row is scaled back so
@@ -45,18 +48,20 @@ def lay_tones(yarns: tuple[Yarn, ...]) -> Tones:
     most = max(1, *(len(_colors(y)) for y in yarns))
     table = np.zeros((len(yarns), most, STEPS, 3))
     count = np.ones(len(yarns), np.int32)
+    varies = np.zeros(len(yarns), np.int32)
     by_ply = np.zeros(len(yarns), np.int32)
     slots = np.zeros((len(yarns), SLOTS), np.int32)
     for i, yarn in enumerate(yarns):
         colors = _colors(yarn)
         count[i] = len(colors)
+        varies[i] = yarn.irregularity.color > 0
         by_ply[i] = bool(yarn.irregularity.strands)
         for k, (color, _) in enumerate(colors):
-            table[i, k] = _row(np.array(color), yarn.irregularity.color)
+            table[i, k] = _row(np.array(color), yarn.irregularity.color, LUMINANCE[space])
         borders = np.cumsum([share for _, share in colors])
         places = (np.arange(SLOTS) + 0.5) / SLOTS * borders[-1]
         slots[i] = np.searchsorted(borders, places)
-    return Tones(table, count, by_ply, slots)
+    return Tones(table, count, varies, by_ply, slots)
 
 
 def lightness(y: Doubles) -> Doubles:
@@ -76,9 +81,9 @@ def _colors(yarn: Yarn) -> tuple[tuple[tuple[float, float, float], float], ...]:
     return yarn.irregularity.melange or ((yarn.color, 1.0),)
 
 
-def _row(color: Doubles, delta_e: float) -> Doubles:
-    """Return the tones (STEPS, 3) of one color."""
-    y = float(color @ (0.2126, 0.7152, 0.0722))
+def _row(color: Doubles, delta_e: float, weights: RGB) -> Doubles:
+    """Return the tones (STEPS, 3) of one color; `weights` are its components' luminance."""
+    y = float(color @ weights)
     if delta_e == 0 or y <= 0:
         return np.tile(color, (STEPS, 1))
     sigmas = np.linspace(-MAX_SIGMAS, MAX_SIGMAS, STEPS)
