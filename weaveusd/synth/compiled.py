@@ -10,22 +10,18 @@ those of IEEE 754, so that every machine computes the same bits.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 from numba import njit
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 _OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
 
 
-def compiled(function: F) -> F:
+def compiled(function: Callable[..., Any]) -> Any:
     """Return `function`, one that loops, compiled for the types that it is called with."""
-    loop: F = njit(**_OPTIONS)(function)
-    return loop
+    return njit(**_OPTIONS)(function)
 
 
-def inlined(function: F) -> F:
+def inlined(function: Callable[..., Any]) -> Any:
     """Return `function`, one that such a loop calls for every texel, to be compiled into it."""
-    part: F = njit(**_OPTIONS, inline="always")(function)
-    return part
+    return njit(**_OPTIONS, inline="always")(function)
