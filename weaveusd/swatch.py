@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 MAX_PIXELS = 1024
 """Pixels along one side of a swatch."""
 
-THREADS = 12
-"""Fewest threads across a swatch; a larger repeat is shown once."""
+THREADS, PIXELS = 12, 3
+"""Fewest ends across a swatch, unless each had fewer pixels. A larger repeat is shown once."""
 
 FINER = 4
 """Texels along the side of a pixel."""
@@ -114,7 +114,8 @@ def _cut(recipe: Recipe, width: int, height: int) -> tuple[Weave, float]:
     draft = make_draft(recipe.weave or "plain")
     once = weave(draft, recipe)
     across, along = once.repeat_mm
-    view_mm = across * max(1.0, THREADS / draft.ends)
+    ends = min(THREADS, width / PIXELS)
+    view_mm = across * max(1.0, ends / draft.ends)
     repeats = math.ceil(view_mm / across), math.ceil(view_mm * height / width / along)
     limit = max(1, round(MAX_TEXELS / 2 / max(draft.ends, draft.picks)))
     return weave(repeat(draft, min(repeats[0], limit), min(repeats[1], limit)), recipe), view_mm

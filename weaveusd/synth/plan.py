@@ -105,7 +105,7 @@ def _top(threads: Threads) -> float:
     # Blended knots a and b, weights of norm one, reach √(a² + b²) where both are positive.
     thick = np.maximum(threads.thick, 0)
     if thick.shape[1] > 1:
-        thick = np.hypot(thick, np.roll(thick, -1, 1))
+        thick = np.sqrt(thick**2 + np.roll(thick, -1, 1) ** 2)
     return float((threads.axis + threads.half_height * (1 + thick.max(1))).max())
 
 
