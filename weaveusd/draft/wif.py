@@ -102,9 +102,7 @@ def _yarns(rows: Rows) -> tuple[str, ...]:
     if section is None:
         return ()
     kept = [one_line(value)[:MAX_YARN_TEXT] for _, value in section.rows.values()][:MAX_YARNS]
-    rows.warn(
-        section.line, "YARNS", f"{len(section.rows)} yarns; a recipe decides them"
-    )
+    rows.warn(section.line, "YARNS", f"{len(section.rows)} yarns; a recipe decides them")
     return tuple(kept)
 
 
