@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 MAX_TEXELS = 1 << 15
 """Texels along one side of a texture."""
 
+SKY_BAND_TEXELS = 2**18
+"""Texels whose channels are in memory while heights are gathered for the occlusion."""
+
 
 def texture_size(weave: Weave, resolution: int) -> tuple[int, int]:
     """Return width and height in texels: `resolution` on the longer side, texels near square.
@@ -113,6 +116,11 @@ def _sky(weave: Weave, width: int, height: int, seed: int, threads: int) -> Floa
     pitch_x, pitch_y = repeat_width / weave.ends, repeat_height / weave.picks
     w = max(8, width // texels_for(pitch_x, repeat_width / width))
     h = max(8, height // texels_for(pitch_y, repeat_height / height))
-    heights = _surface(weave, w, h, seed, threads)(0, h)["height"][..., 0]
+    surface = _surface(weave, w, h, seed, threads)
+    heights = np.empty((h, w), np.float32)
+    rows = max(1, SKY_BAND_TEXELS // w)
+    for first in range(0, h, rows):
+        last = min(h, first + rows)
+        heights[first:last] = surface(first, last)["height"][..., 0]
     texel_mm = (repeat_width / w, repeat_height / h)
     return occlusion(heights, texel_mm, max(pitch_x, pitch_y), threads)
