@@ -186,6 +186,19 @@ def test_a_recipe_of_ones_own_is_published(run, tmp_path):
     assert (status, json.loads(out)["asset"]) == (0, "twill_2_2_mine")
 
 
+def test_the_color_space_is_chosen_and_no_other_is_known(run, tmp_path):
+    for space in ("acescg", "lin_rec709"):
+        status, out, _ = publish(run, tmp_path / space, "--color-space", space)
+        assert status == 0
+        look = Path(json.loads(out)["entry"]).with_name("look.usda").read_text()
+        assert f'weave:colorSpace = "{space}"' in look
+    publish(run, tmp_path / "default")
+    assert tree(tmp_path / "default") == tree(tmp_path / "lin_rec709")
+    status, _, err = publish(run, tmp_path, "--color-space", "rec2020")
+    assert status == 2
+    assert "'rec2020' is not one of 'lin_rec709', 'acescg'" in err
+
+
 def test_presets_are_listed_with_their_source(run):
     status, out, _ = run("presets", "--json")
     assert status == 0

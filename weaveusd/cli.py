@@ -42,6 +42,13 @@ StageFile = Annotated[Path, typer.Argument(metavar="STAGE", help="A USD file.")]
 DEBUG = "--debug"
 
 
+class ColorSpace(str, Enum):
+    """Space of the colors of a published asset."""
+
+    lin_rec709 = "lin_rec709"
+    acescg = "acescg"
+
+
 class Context(str, Enum):
     """Whose networks a render reads first."""
 
@@ -116,6 +123,9 @@ def publish(
         str | None, typer.Option(metavar="WxH", help="About how large the patch is, instead.")
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of every irregularity.")] = 0,
+    color_space: Annotated[
+        ColorSpace, typer.Option(help="Linear space of the colors; acescg is the wider.")
+    ] = ColorSpace.lin_rec709,
     version: Annotated[str, typer.Option(help="`next`, or one such as v003.")] = "next",
     as_json: Json = False,
 ) -> None:
@@ -140,6 +150,7 @@ def publish(
                 repeats=pair and (int(pair[0]), int(pair[1])),
                 patch_mm=size,
                 seed=seed,
+                color_space=color_space.value,
                 version=version,
                 progress=progress,
             )

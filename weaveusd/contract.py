@@ -10,6 +10,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 Encoding = Literal["color", "vector", "scalar", "label"]
+ColorSpace = Literal["lin_rec709", "acescg"]
+
+COLOR_SPACES: tuple[ColorSpace, ...] = ("lin_rec709", "acescg")
+"""Spaces that a cloth's colors may be in, linear both, by the names of MaterialX."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,8 +21,9 @@ class Channel:
     """One texture channel of a cloth.
 
     `components` values a texel. `encoding` says how the numbers mean something: `color` is
-    linear Rec.709 reflectance; `vector` is a unit vector in the cloth frame, components -1…1;
-    `scalar` a number in `unit`; `label` an integer that must never be filtered.
+    linear reflectance in the color space of the cloth, under the sRGB curve and in Rec.709 in a
+    PNG; `vector` is a unit vector in the cloth frame, components -1…1; `scalar` a number in
+    `unit`; `label` an integer that must never be filtered.
     `files` are the names, below the asset's texture folder, that carry the channel. `per_yarn`
     marks channels that follow from the yarn id alone.
     """
@@ -151,6 +156,8 @@ CLOTH_ATTRIBUTES: tuple[Attribute, ...] = (
     Attribute("warpCover", "double", "1", "share of the area under warp yarn", (0.0, 1.0)),
     Attribute("weftCover", "double", "1", "share of the area under weft yarn", (0.0, 1.0)),
     Attribute("cover", "double", "1", "share of the area under any yarn", (0.0, 1.0)),
+    Attribute("colorSpace", "token", "", "color space of base_color.exr and of the yarns' colors",
+              tokens=COLOR_SPACES),
     Attribute("textures", "asset[]", "", "every texture of the cloth"),
     Attribute("textureWidth", "int", "texels", "texels of the repeat along the weft", (1, None)),
     Attribute("textureHeight", "int", "texels", "texels of the repeat along the warp", (1, None)),
@@ -180,7 +187,7 @@ YARN_ATTRIBUTES: tuple[Attribute, ...] = (
     Attribute("width", "double", "mm", "width of the yarn in the cloth", (0.0, None)),
     Attribute("height", "double", "mm", "thickness of the yarn in the cloth", (0.0, None)),
     Attribute("crimp", "double", "1", "arc length over chord, less one", (0.0, None)),
-    Attribute("color", "color3f", "1", "albedo, linear Rec.709", (0.0, 1.0)),
+    Attribute("color", "color3f", "1", "albedo in weave:colorSpace", (0.0, 1.0)),
     Attribute("eta", "double", "1", "index of refraction", (1.0, 3.0)),
     Attribute("kD", "double", "1", "isotropic share of the volume lobe", (0.0, 1.0)),
     Attribute("kS", "double", "1", "scale of the surface lobe", (0.0, 1.0)),

@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from weaveusd._version import __version__
+from weaveusd.contract import COLOR_SPACES
 from weaveusd.errors import InputError, ValidationFailedError
 from weaveusd.patch import Patch
 
 if TYPE_CHECKING:
+    from weaveusd.contract import ColorSpace
     from weaveusd.export.publish import PublishedAsset
     from weaveusd.render.run import RenderResult
     from weaveusd.shading.material import ClothMaterial
@@ -57,6 +59,7 @@ def publish(
     repeats: tuple[int, int] | None = None,
     patch_mm: tuple[float, float] | None = None,
     seed: int = 0,
+    color_space: str = "lin_rec709",
     version: str = "next",
     progress: Progress | None = None,
 ) -> Publication:
@@ -82,6 +85,9 @@ def publish(
         to which the nearest whole repeats are taken. Irregularity does not repeat in a patch.
     seed
         Seed of every irregularity, 0 or more.
+    color_space
+        Space of the linear colors, ``lin_rec709`` or ``acescg``; in the latter a color outside
+        Rec.709 keeps its saturation.
     version
         ``next``, or one such as ``v003``.
     progress
@@ -90,7 +96,7 @@ def publish(
     Raises
     ------
     InputError
-        The draft, recipe, a size, seed, version or root is broken.
+        The draft, recipe, a size, seed, color space, version or root is broken.
     ValidationFailedError
         The asset failed its own checks; nothing was written.
     VersionConflictError
@@ -105,9 +111,12 @@ def publish(
     patch = Patch(resolution, texels_per_mm, repeats, patch_mm)
     if not 0 <= seed < 1 << 31:
         raise InputError(f"seed: found {seed}, expected 0 to {(1 << 31) - 1}")
+    space = _color_space(color_space)
     material_recipe = read_recipe(preset=preset, recipe=recipe)
     name = safe_name(name or f"{Path(draft).stem}_{material_recipe.name}")
-    material = make_material(draft, material_recipe, name, patch=patch, seed=seed)
+    material = make_material(
+        draft, material_recipe, name, patch=patch, seed=seed, color_space=space
+    )
     tell(0.05)
     findings = [_recipe_finding(warning) for warning in material.weave.warnings]
 
@@ -147,7 +156,13 @@ def read_recipe(*, preset: str | None, recipe: PathLike | None) -> Recipe:
 
 
 def make_material(
-    draft: PathLike, recipe: Recipe, name: str, *, patch: Patch, seed: int = 0
+    draft: PathLike,
+    recipe: Recipe,
+    name: str,
+    *,
+    patch: Patch,
+    seed: int = 0,
+    color_space: ColorSpace = "lin_rec709",
 ) -> ClothMaterial:
     """Return the material of a patch of the WIF file `draft` and `recipe`, in memory."""
     from weaveusd.cloth.weave import weave
@@ -160,7 +175,7 @@ def make_material(
     data = load_wif(draft)
     parsed = parse_wif(data, os.fspath(draft))
     whole, resolution = patch.cut(parsed, recipe)
-    cloth = weave(whole, recipe)
+    cloth = weave(whole, recipe, color_space=color_space)
     provenance = Provenance(
         draft_title=parsed.title,
         draft_sha256=hashlib.sha256(data).hexdigest(),
@@ -219,6 +234,13 @@ def environment() -> dict[str, str]:
     from weaveusd.stage import schema_dir
 
     return {"PXR_PLUGINPATH_NAME": str(schema_dir() / "weaveCloth")}
+
+
+def _color_space(name: str) -> ColorSpace:
+    for known in COLOR_SPACES:
+        if name == known:
+            return known
+    raise InputError(f"color space: found {name!r}, expected {' or '.join(COLOR_SPACES)}")
 
 
 def _recipe_finding(message: str) -> dict[str, Any]:

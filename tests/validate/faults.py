@@ -203,6 +203,14 @@ in_text("linear_preview_color", LOOK, 'inputs:sourceColorSpace = "sRGB"',
         'inputs:sourceColorSpace = "raw"', "color-space-wrong")  # fmt: skip
 in_text("unstated_color_space", LOOK, ' (\n                colorSpace = "srgb_texture"\n'
         "            )", "", "color-space-wrong")  # fmt: skip
+in_text("another_color_space_than_the_files", LOOK, 'weave:colorSpace = "lin_rec709"',
+        'weave:colorSpace = "acescg"',
+        "color-space-tag", "color-space-wrong", "encodings-disagree")  # fmt: skip
+in_text("unknown_color_space", LOOK, 'weave:colorSpace = "lin_rec709"',
+        'weave:colorSpace = "sRGB"', "cloth-limits")  # fmt: skip
+in_text("decoded_ids", LOOK, "@./textures/yarn_id.png@\n",
+        '@./textures/yarn_id.png@ (\n                colorSpace = "srgb_texture"\n'
+        "            )\n", "color-space-wrong")  # fmt: skip
 in_text("unknown_node", LOOK, '"ND_multiply_vector2"', '"ND_multiply_vector9"', "usd-error")
 
 # --- The MaterialX document -----------------------------------------------------------------------

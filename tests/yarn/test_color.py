@@ -102,7 +102,7 @@ def test_every_way_to_state_one_color_agrees(color, tmp_path):
     ]
     for way in ways:
         found = color(way)
-        assert found.warning == ""
+        assert found.outside == ()
         assert found.srgb == pytest.approx((0.7354,) * 3, abs=2e-3), way
 
 
@@ -110,19 +110,17 @@ def test_the_draft_colors_what_the_recipe_does_not(color):
     assert color('"draft"').srgb is None
 
 
-def test_a_color_that_no_display_shows_is_clipped_and_reported(color):
+def test_a_color_that_no_display_shows_is_kept_whole_until_its_space_is_known(color):
     found = color('{ lab = [60, 90, -80], illuminant = "D65" }')
-    assert found.srgb is not None
-    assert all(0 <= v <= 1 for v in found.srgb)
-    assert "recipe.toml:1: color: Lab 60 90 -80 D65 is outside Rec.709" in found.warning
-    assert "CIEDE2000" in found.warning
-    assert "\n" not in found.warning
+    (outside,) = found.outside
+    assert outside.stated == "recipe.toml:1: color: Lab 60 90 -80 D65"
+    assert outside.linear == pytest.approx(linear_from_lab((60, 90, -80), "D65"))
+    assert linear_from_srgb(found.srgb) == pytest.approx(outside.linear, abs=1e-8)
 
 
-def test_rounding_of_a_measured_primary_is_not_reported(color):
-    for _, d65, d50 in BOTH_WHITES.values():
-        for lab, illuminant in ((d65, "D65"), (d50, "D50")):
-            assert color(f'{{ lab = {list(lab)}, illuminant = "{illuminant}" }}').warning == ""
+@given(st.tuples(*[st.floats(-0.5, 2)] * 3))
+def test_the_curve_and_its_inverse_go_on_beyond_what_a_display_shows(linear):
+    assert linear_from_srgb(srgb_from_linear(linear)) == pytest.approx(linear, abs=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from weaveusd.cloth.colors import clipped_colors
 from weaveusd.cloth.measures import areal_density_g_m2
 
 if TYPE_CHECKING:
@@ -22,11 +23,11 @@ def departures(weave: Weave, recipe: Recipe, specs: Sequence[YarnSpec]) -> tuple
     """Return one line for each statement of `recipe` that `weave` does not keep.
 
     `specs` are what the recipe states of each of `weave.yarns`. Reported are colors outside
-    Rec.709, yarns narrowed to their pitch, inclinations beyond what a yarn of that thickness
-    reaches, and a weight that is off by more than `WEIGHT_TOLERANCE`.
+    the cloth's color space, yarns narrowed to their pitch, inclinations beyond what a yarn of
+    that thickness reaches, and a weight that is off by more than `WEIGHT_TOLERANCE`.
     """
     found = [
-        *(spec.color_warning for spec in specs if spec.color_warning),
+        *clipped_colors(specs, weave.color_space),
         *_narrowed(weave, recipe, specs),
         *_flattened(weave, recipe, specs),
         *_weight(weave, recipe),

@@ -10,6 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from weaveusd.contract import ColorSpace
     from weaveusd.yarn.model import Yarn
 
     Bools = NDArray[np.bool_]
@@ -58,6 +59,7 @@ class Weave:
     warp_floats: Floats
     weft_floats: Floats
     crimp_balance: float
+    color_space: ColorSpace = "lin_rec709"  # of every color of its yarns
     warnings: tuple[str, ...] = ()
 
     @property

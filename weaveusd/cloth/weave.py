@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from weaveusd.cloth.colors import laid_colors
 from weaveusd.cloth.departures import departures
 from weaveusd.cloth.layout import System, edges, lay_floats
 from weaveusd.cloth.model import Floats, Weave
-from weaveusd.contract import MAX_YARNS
+from weaveusd.contract import MAX_YARNS, ColorSpace
 from weaveusd.errors import RecipeError
 from weaveusd.yarn import model
-from weaveusd.yarn.color import linear_from_srgb
+from weaveusd.yarn.irregularity import Irregularity
 from weaveusd.yarn.model import Recipe, Yarn, YarnSpec
 from weaveusd.yarn.textile import diameter_mm, twist_angle
 
@@ -30,20 +31,21 @@ if TYPE_CHECKING:
 T = TypeVar("T", bound=np.generic)
 
 
-def weave(draft: Draft, recipe: Recipe) -> Weave:
+def weave(draft: Draft, recipe: Recipe, *, color_space: ColorSpace = "lin_rec709") -> Weave:
     """Return one repeat of the cloth that `recipe` makes of `draft`.
 
     The recipe's sett is the mean sett of the cloth; where the draft spaces or thickens single
-    threads, their proportions to each other are kept. Where the cloth is not what the recipe
-    states, `Weave.warnings` says so. Raises RecipeError when no yarn serves a palette entry that
-    the draft uses, or there are more than `contract.MAX_YARNS` yarns.
+    threads, their proportions to each other are kept. Colors come into `color_space` and are
+    clipped there. Where the cloth is not what the recipe states, `Weave.warnings` says so.
+    Raises RecipeError when no yarn serves a palette entry that the draft uses, or there are more
+    than `contract.MAX_YARNS` yarns.
     """
     warp_up = draft.drawdown()
     warp_pitch = _proportioned(10 / recipe.ends_per_cm, draft.ends, draft.warp_pitch_mm)
     weft_pitch = _proportioned(10 / recipe.picks_per_cm, draft.picks, draft.weft_pitch_mm)
     laid: list[tuple[YarnSpec, Yarn]] = []
-    warp_yarn = _resolve("warp", draft.warp_color, draft, recipe, float(warp_pitch.mean()), laid)
-    weft_yarn = _resolve("weft", draft.weft_color, draft, recipe, float(weft_pitch.mean()), laid)
+    warp_yarn = _resolve("warp", draft.warp_color, draft, recipe, warp_pitch, color_space, laid)
+    weft_yarn = _resolve("weft", draft.weft_color, draft, recipe, weft_pitch, color_space, laid)
     if len(laid) > MAX_YARNS:
         raise RecipeError(f"the draft needs {len(laid)} yarns, at most {MAX_YARNS} are supported")
     yarns = tuple(yarn for _, yarn in laid)
@@ -66,6 +68,7 @@ def weave(draft: Draft, recipe: Recipe) -> Weave:
         warp_floats=_frozen_floats(warp_floats, transpose=True),
         weft_floats=_frozen_floats(weft_floats, transpose=False),
         crimp_balance=recipe.crimp_balance,
+        color_space=color_space,
     )
     return replace(cloth, warnings=departures(cloth, recipe, [spec for spec, _ in laid]))
 
@@ -97,7 +100,8 @@ def _resolve(
     colors: Indices,
     draft: Draft,
     recipe: Recipe,
-    pitch_mm: float,
+    pitch_mm: Doubles,
+    color_space: ColorSpace,
     laid: list[tuple[YarnSpec, Yarn]],
 ) -> Indices:
     """Append to `laid` one yarn for each palette entry used; return every thread's index in it."""
@@ -106,8 +110,9 @@ def _resolve(
     for entry in used:
         spec = _spec_for(recipe, system, int(entry) + 1)
         r, g, b = draft.palette[entry]
-        color = spec.color or (float(r), float(g), float(b))
-        laid.append((spec, _laid(spec, system, f"{system}_{entry + 1}", color, pitch_mm)))
+        look = laid_colors(spec, (float(r), float(g), float(b)), color_space)
+        name = f"{system}_{entry + 1}"
+        laid.append((spec, _laid(spec, system, name, *look, float(pitch_mm.mean()))))
     return (of_thread.reshape(-1) + first).astype(np.int32)
 
 
@@ -123,7 +128,12 @@ def _spec_for(recipe: Recipe, system: model.System, entry: int) -> YarnSpec:
 
 
 def _laid(
-    spec: YarnSpec, system: model.System, name: str, color: model.RGB, pitch_mm: float
+    spec: YarnSpec,
+    system: model.System,
+    name: str,
+    color: model.RGB,
+    irregularity: Irregularity,
+    pitch_mm: float,
 ) -> Yarn:
     width, height = lie(spec, pitch_mm)
     diameter = diameter_mm(spec.tex, spec.fibre, spec.packing)
@@ -145,11 +155,11 @@ def _laid(
         twist_correlation_mm=spec.twist_correlation_mm,
         spine=spec.spine,
         kappa=spec.kappa,
-        color=linear_from_srgb(color),
+        color=color,
         optics=spec.optics,
         crimp=spec.crimp,
         u_max=spec.u_max,
-        irregularity=spec.irregularity,
+        irregularity=irregularity,
     )
 
 

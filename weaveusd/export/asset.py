@@ -58,7 +58,9 @@ def write_asset(material: ClothMaterial, folder: Path, *, progress: Progress | N
         "roughness": [shading.openpbr_roughness for shading in shadings],
         "anisotropy": [shading.openpbr_anisotropy for shading in shadings],
     }
-    cover = write_textures(material.textures, textures, per_yarn, progress=progress)
+    cover = write_textures(
+        material.textures, textures, per_yarn, color_space=material.color_space, progress=progress
+    )
     _write_look(material, folder / LOOK_LAYER, cover)
     entry = folder / entry_layer(material.name)
     _write_entry(material.name, entry)

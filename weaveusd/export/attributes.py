@@ -50,6 +50,7 @@ def cloth_values(material: ClothMaterial, cover: float) -> dict[str, Value]:
         "warpCover": tidy(measures.warp_cover(weave)),
         "weftCover": tidy(measures.weft_cover(weave)),
         "cover": tidy(cover),
+        "colorSpace": material.color_space,
         "textures": tuple(
             f"./{TEXTURE_DIR}/{file}" for channel in CHANNELS.values() for file in channel.files
         ),

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     Bytes = NDArray[np.uint8]
     Floats32 = NDArray[np.float32]
 
+Metadata = str | float | int | tuple[float, ...]
+
 MAX_PIXELS = 2**26
 MAX_CHANNELS = 8
 INCH_MM = 25.4
@@ -84,7 +86,7 @@ def write_png8(path: Path, pixels: Bytes) -> None:
         out.write(pixels)
 
 
-def density(width: int, height: int, size_mm: tuple[float, float]) -> dict[str, str | float | int]:
+def density(width: int, height: int, size_mm: tuple[float, float]) -> dict[str, Metadata]:
     """Return the metadata that state the physical size of an image, in pixels per inch."""
     x_per_inch = width / size_mm[0] * INCH_MM
     y_per_inch = height / size_mm[1] * INCH_MM
@@ -109,7 +111,7 @@ class ImageWriter:
     dtype
         NumPy name of the stored type: `uint8`, `uint16` or `float16`.
     metadata
-        OpenImageIO attributes.
+        OpenImageIO attributes; a tuple is an array of floats.
 
     Raises
     ------
@@ -126,11 +128,14 @@ class ImageWriter:
         height: int,
         channels: int,
         dtype: str,
-        metadata: Mapping[str, str | float | int],
+        metadata: Mapping[str, Metadata],
     ) -> None:
         spec = oiio.ImageSpec(width, height, channels, _FORMATS[dtype])
         for key, value in metadata.items():
-            spec.attribute(key, value)
+            if isinstance(value, tuple):
+                spec.attribute(key, oiio.TypeDesc(f"float[{len(value)}]"), value)
+            else:
+                spec.attribute(key, value)
         spec.attribute("oiio:UnassociatedAlpha", 1)
         if path.suffix == ".exr":
             spec.attribute("compression", "zip")

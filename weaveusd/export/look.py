@@ -60,7 +60,7 @@ def define_look(root: Sdf.PrimSpec, material: ClothMaterial, cover: float) -> No
     _author_interface(prim, material.weave.repeat_mm)
     define_preview_network(prim, shading)
     define_openpbr_network(prim, shading)
-    define_mitsuba_network(prim, optics)
+    define_mitsuba_network(prim, optics, material.color_space)
 
 
 def _author_attributes(

@@ -20,13 +20,20 @@ from weaveusd.export.layers import connect, define_shader, interface_input
 if TYPE_CHECKING:
     from pxr import Sdf
 
+    from weaveusd.contract import ColorSpace
     from weaveusd.shading.material import ClothMaterial
 
 
-def define_mitsuba_network(material: Sdf.PrimSpec, optics: Mapping[str, Sequence[float]]) -> None:
+def define_mitsuba_network(
+    material: Sdf.PrimSpec,
+    optics: Mapping[str, Sequence[float]],
+    color_space: ColorSpace = "lin_rec709",
+) -> None:
     """Define the exact cloth shader on `outputs:mitsuba:surface` of `material`.
 
     `optics` holds a value for each yarn under each name of `contract.SHADER_YARN_INPUTS`.
+    The input of the base color states `color_space`, unless it is Rec.709, which is meant
+    where none is stated.
 
     Raises
     ------
@@ -48,6 +55,9 @@ def define_mitsuba_network(material: Sdf.PrimSpec, optics: Mapping[str, Sequence
     surface = define_shader(
         material, "MitsubaSurface", CLOTH_SHADER_ID, inputs, ("surface", "token")
     )
+    if color_space != "lin_rec709":
+        color = surface.GetPrimPath().AppendProperty("inputs:base_color_file")
+        material.layer.GetAttributeAtPath(color).colorSpace = color_space
     connect(material, f"outputs:{MITSUBA_CONTEXT}:surface", "token", surface)
 
 

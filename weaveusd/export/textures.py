@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from weaveusd.contract import CHANNELS, GAP, VECTOR_PNG_LEVELS, Channel
-from weaveusd.export.images import ImageWriter, density
+from weaveusd.color_space import texels_to_rec709
+from weaveusd.contract import CHANNELS, GAP, VECTOR_PNG_LEVELS, Channel, ColorSpace
+from weaveusd.export.images import ImageWriter, Metadata, density
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -32,6 +33,7 @@ def write_textures(
     folder: Path,
     per_yarn: Mapping[str, Sequence[float]],
     *,
+    color_space: ColorSpace = "lin_rec709",
     progress: Progress | None = None,
 ) -> float:
     """Write every channel of `textures` into `folder` and return the mean of the opacity.
@@ -42,9 +44,10 @@ def write_textures(
     Each band of rows is computed once and goes to all files, so that memory depends on
     `BAND_TEXELS` alone and not on the height.
 
-    Files hold: EXR half floats, zip, wrap modes periodic, colors linear Rec.709 and vectors
-    signed; `base_color.png` 8 bits under the sRGB curve (IEC 61966-2-1); vectors in PNG
-    16 bits, `round((q/2 + 1/2) · 65534)`; opacity 8 bits; yarn ids 8 bits, index plus one.
+    Files hold: EXR half floats, zip, wrap modes periodic, colors in `color_space`, which is that
+    of `textures`, and vectors signed; `base_color.png` what a display shows of the EXR, clipped
+    to Rec.709, 8 bits under the sRGB curve (IEC 61966-2-1); vectors in PNG 16 bits,
+    `round((q/2 + 1/2) · 65534)`; opacity 8 bits; yarn ids 8 bits, index plus one.
     All state the physical size as pixels per inch.
 
     Raises
@@ -58,7 +61,11 @@ def write_textures(
     opaque = 0.0
     with ExitStack() as stack:
         writers = [
-            (channel, name, stack.enter_context(_open(textures, channel, folder / name)))
+            (
+                channel,
+                name,
+                stack.enter_context(_open(textures, channel, folder / name, color_space)),
+            )
             for channel in CHANNELS.values()
             for name in channel.files
         ]
@@ -71,15 +78,20 @@ def write_textures(
             }
             rows |= _of_yarns(rows, per_yarn)
             for channel, name, writer in writers:
-                writer.write(encode(channel, Path(name).suffix, rows[channel.name]))
+                suffix = Path(name).suffix
+                writer.write(encode(channel, suffix, rows[channel.name], color_space))
             opaque += float(np.sum(rows["opacity"], dtype=np.float64))
             if progress is not None:
                 progress((textures.height - first) / textures.height)
     return opaque / (textures.width * textures.height)
 
 
-def encode(channel: Channel, suffix: str, values: Floats32) -> NDArray[Any]:
+def encode(
+    channel: Channel, suffix: str, values: Floats32, color_space: ColorSpace = "lin_rec709"
+) -> NDArray[Any]:
     """Return `values` of `channel` as the numbers that its file of `suffix` stores.
+
+    Colors are in `color_space`.
 
     Raises
     ------
@@ -89,6 +101,10 @@ def encode(channel: Channel, suffix: str, values: Floats32) -> NDArray[Any]:
     if suffix == ".exr":
         return np.asarray(values, dtype=np.float16)
     if channel.encoding == "color":
+        if color_space != "lin_rec709":
+            # Of the halves in the EXR: dark components are small differences of large ones.
+            halves = np.asarray(values, np.float16)
+            values = texels_to_rec709(halves, color_space).astype(np.float32)
         return np.asarray(np.searchsorted(_SRGB_STEPS, values, side="right"), dtype=np.uint8)
     if channel.encoding == "vector":
         half = VECTOR_PNG_LEVELS // 2
@@ -132,7 +148,16 @@ def _srgb_decode(code: float) -> float:
 _SRGB_STEPS = np.array([_srgb_decode((k + 0.5) / 255) for k in range(255)], dtype=np.float32)
 
 
-def _open(textures: TextureSet, channel: Channel, path: Path) -> ImageWriter:
+_ACESCG: dict[str, Metadata] = {
+    "oiio:ColorSpace": "lin_ap1_scene",
+    # An EXR that states none is Rec.709.
+    "chromaticities": (0.713, 0.293, 0.165, 0.830, 0.128, 0.044, 0.32168, 0.33767),
+}
+
+
+def _open(
+    textures: TextureSet, channel: Channel, path: Path, color_space: ColorSpace
+) -> ImageWriter:
     metadata = density(textures.width, textures.height, textures.repeat_mm)
     if path.suffix == ".exr":
         dtype, space = "float16", "lin_rec709"
@@ -146,6 +171,8 @@ def _open(textures: TextureSet, channel: Channel, path: Path) -> ImageWriter:
         # The filter SUB: as small as libpng's own choice, in two thirds of the time.
         metadata["png:filter"] = 0x10
     metadata["oiio:ColorSpace"] = space
+    if space == "lin_rec709" and color_space == "acescg":
+        metadata |= _ACESCG
     return ImageWriter(path, textures.width, textures.height, channel.components, dtype, metadata)
 
 

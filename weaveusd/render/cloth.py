@@ -8,6 +8,7 @@ import numpy as np
 from pxr import Usd, UsdShade
 
 from weaveusd import contract
+from weaveusd.color_space import texels_to_rec709
 from weaveusd.errors import StageError
 from weaveusd.render import textures
 from weaveusd.render.bsdf import packed_bsdf_dict
@@ -24,6 +25,11 @@ _INPUT_OF = {
     for channel in contract.CHANNELS.values()
     if file in channel.files
 }
+
+_VISIBLE = 1e-3
+"""Albedo from which on clipping is a loss: a half float near 1, converted, is off by half that."""
+
+_ROWS = 256
 
 
 def translate(
@@ -44,6 +50,7 @@ def translate(
     if scale is None or np.size(scale) != 2:
         raise StageError(f"{path}.inputs:{contract.SHADER_UV_SCALE}: is {scale}, expected float2")
     arrays = {name: _channel(shader, name, time) for name in PACKED_CHANNELS}
+    arrays["base_color"] = _rec709(shader, arrays["base_color"], losses)
     try:
         optics = yarn_table(inputs)
         packed, mended = pack(arrays, optics.shape[1])
@@ -75,6 +82,37 @@ def _channel(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> NDArray[
     if channel.encoding == "label":
         return np.rint(pixels * 255) + contract.GAP  # files store the index plus one
     return pixels
+
+
+def _rec709(
+    shader: UsdShade.Shader, color: NDArray[np.float32], losses: Losses
+) -> NDArray[np.float32]:
+    """Return the base color, from the color space that its input states, in linear Rec.709."""
+    name = _INPUT_OF["base_color"]
+    sources = UsdShade.Utils.GetValueProducingAttributes(shader.GetInput(name))
+    stated = str(sources[0].GetColorSpace()) if sources[0].HasColorSpace() else ""
+    if stated in ("", "lin_rec709"):
+        return color
+    space = next((known for known in contract.COLOR_SPACES if known == stated), None)
+    if space is None:
+        raise StageError(
+            f"{shader.GetPath()}.inputs:{name}: has color space {stated!r}, "
+            f"expected {' or '.join(contract.COLOR_SPACES)}"
+        )
+    clipped = np.empty(color.shape, np.float32)
+    outside = 0
+    for first in range(0, len(color), _ROWS):
+        rows = slice(first, first + _ROWS)
+        linear = texels_to_rec709(color[rows], space)
+        clipped[rows] = np.clip(linear, 0, 1)
+        lost = np.abs(linear - clipped[rows]) > _VISIBLE
+        outside += int(np.count_nonzero(lost.any(axis=-1)))
+    if outside:
+        losses.approximated(
+            shader.GetPrim(),
+            f"{outside} texels of {name} are outside Rec.709, in which Mitsuba renders; clipped",
+        )
+    return clipped
 
 
 def _floats(shader: UsdShade.Shader, name: str, time: Usd.TimeCode) -> list[float]:

@@ -88,6 +88,12 @@ class OpenAsset:
         """Return the value of `weave:yarn:<instance>:<name>`, or None like `cloth`."""
         return self._authored(f"{contract.YARN_NAMESPACE}:{instance}:{name}", _YARN_TYPES[name])
 
+    @property
+    def color_space(self) -> contract.ColorSpace:
+        """The color space of base_color.exr and of the yarns' colors, Rec.709 unless stated."""
+        stated = self.cloth("colorSpace")
+        return next((name for name in contract.COLOR_SPACES if name == stated), "lin_rec709")
+
     @cached_property
     def yarns(self) -> tuple[str, ...]:
         """Names of the yarns in the order of their ids: the first of `weave:yarns`, up to 255."""

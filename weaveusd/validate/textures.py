@@ -32,12 +32,17 @@ BAND_TEXELS = 1 << 19
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What a texture file says of itself. `dtype` is NumPy's name of the stored type."""
+    """What a texture file says of itself.
+
+    `dtype` is NumPy's name of the stored type, `color_space` OpenImageIO's name of the space that
+    the file states, or that its format implies.
+    """
 
     width: int
     height: int
     channels: int
     dtype: str
+    color_space: str
 
     @property
     def bytes(self) -> int:
@@ -151,7 +156,8 @@ def _header(path: Path, spec: Any) -> Header:
     if spec.nchannels > MAX_CHANNELS:
         raise InputError(f"{path}: {spec.nchannels} channels, expected at most {MAX_CHANNELS}")
     stored = {"half": "float16", "float": "float32"}.get(str(spec.format), str(spec.format))
-    return Header(spec.width, spec.height, spec.nchannels, stored)
+    space = str(spec.get_string_attribute("oiio:ColorSpace"))
+    return Header(spec.width, spec.height, spec.nchannels, stored, space)
 
 
 def _decode(path: Path, source: Any, first: int, last: int) -> Pixels:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from weaveusd.yarn.model import RGB
+from weaveusd.yarn.model import RGB, OutsideColor
 from weaveusd.yarn.spectrum import read_reflectance
 from weaveusd.yarn.toml import shown
 
@@ -15,27 +15,26 @@ if TYPE_CHECKING:
     from weaveusd.yarn.toml import Table
 
 ILLUMINANTS = ("D50", "D65")
-VISIBLE_DELTA_E = 0.1
-"""CIEDE2000 from which on a color that had to be changed is reported."""
-
 _HEX = re.compile(r"#[0-9a-fA-F]{6}")
 
 
 @dataclass(frozen=True, slots=True)
 class YarnColor:
-    """A color: display sRGB 0…1, None for the draft's; how it was stated; what was lost."""
+    """A color: display sRGB, None for the draft's; how it was stated; where outside Rec.709.
+
+    Components of a color in `outside`, and of no other, may leave 0…1.
+    """
 
     srgb: RGB | None
     stated: str
-    warning: str = ""
+    outside: tuple[OutsideColor, ...] = ()
 
 
 def read_color(table: Table, folder: Path) -> YarnColor:
     """Return the `color` of a yarn's table; files that it names are in `folder`.
 
     ``"draft"`` (or nothing), ``"#rrggbb"``, ``{ lab = [L, a, b], illuminant = "D50" }`` or
-    ``{ reflectance = "file.csv" }``. A color outside Rec.709 is clipped in linear light, and
-    `YarnColor.warning` says by how much. Raises RecipeError.
+    ``{ reflectance = "file.csv" }``. A color outside Rec.709 is not clipped. Raises RecipeError.
     """
     value = table.take("color", "draft")
     if isinstance(value, dict):
@@ -64,18 +63,11 @@ def _measured(table: Table, folder: Path) -> YarnColor:
             *read_reflectance(folder, name, color.place("reflectance"))
         )
     color.close()
-    r, g, b = (min(1.0, max(0.0, v)) for v in asked)
-    lost = colorimetry.delta_e_2000(asked, (r, g, b))
-    warning = ""
-    if lost >= VISIBLE_DELTA_E:
-        values = ", ".join(f"{v:.3f}" for v in asked)
-        warning = (
-            f"{table.place('color')}: {stated} is outside Rec.709 (linear {values}); "
-            f"clipped, CIEDE2000 {lost:.1f}"
-        )
     # Rounded, so that the last bit of a machine's mathematics never reaches a file.
-    srgb = cast("RGB", tuple(round(v, 9) for v in srgb_from_linear((r, g, b))))
-    return YarnColor(srgb, stated, warning)
+    srgb = cast("RGB", tuple(round(v, 9) for v in srgb_from_linear(asked)))
+    inside = all(0 <= v <= 1 for v in srgb)
+    outside = () if inside else (OutsideColor(f"{table.place('color')}: {stated}", asked),)
+    return YarnColor(srgb, stated, outside)
 
 
 def _lab(color: Table) -> tuple[float, float, float]:
@@ -99,12 +91,15 @@ def srgb_from_hex(text: str) -> RGB:
 
 
 def linear_from_srgb(color: RGB) -> RGB:
-    """Return linear Rec.709 components of display sRGB ones, 0…1 (IEC 61966-2-1)."""
+    """Return linear Rec.709 components of display sRGB ones (IEC 61966-2-1).
+
+    Beyond 0…1 either end of the curve goes on, so that `srgb_from_linear` is the inverse.
+    """
     r, g, b = (v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in color)
     return r, g, b
 
 
 def srgb_from_linear(color: RGB) -> RGB:
-    """Return display sRGB components of linear Rec.709 ones, 0…1 (IEC 61966-2-1)."""
+    """Return display sRGB components of linear Rec.709 ones, the inverse of `linear_from_srgb`."""
     r, g, b = (12.92 * v if v <= 0.0031308 else 1.055 * v ** (1 / 2.4) - 0.055 for v in color)
     return r, g, b

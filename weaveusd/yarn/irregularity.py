@@ -13,9 +13,10 @@ class Irregularity:
 
     `thickness` is relative (slub, thick and thin places), `bend` relative from float to float,
     `color` in ΔE of CIE Lab (lightness, between threads and along them). `hairiness`, 0…1, is
-    how much of the light beside a yarn its loose fibres catch. `melange` lists the colors,
-    linear Rec.709, of fibres that are mixed before spinning, with their shares; `strands` the
-    colors of the plies of a mouliné, one a ply. Both are empty for a yarn of one color.
+    how much of the light beside a yarn its loose fibres catch. `melange` lists the colors
+    of fibres that are mixed before spinning, with their shares; `strands` the colors of the
+    plies of a mouliné, one a ply. They are linear: in a recipe Rec.709, not clipped, in a cloth
+    its color space. Both are empty for a yarn of one color.
     """
 
     thickness: float = 0.0

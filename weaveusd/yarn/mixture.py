@@ -86,9 +86,9 @@ def _part(table: Table, folder: Path, share: float) -> _Part:
 
 
 def _mean(parts: Sequence[_Part]) -> YarnColor:
-    r, g, b = (min(1.0, math.fsum(part.share * part.linear[i] for part in parts)) for i in range(3))
+    r, g, b = (math.fsum(part.share * part.linear[i] for part in parts) for i in range(3))
     return YarnColor(
         srgb=srgb_from_linear((r, g, b)),
         stated=" + ".join(f"{100 * part.share:.3g} % {part.color.stated}" for part in parts),
-        warning="; ".join(part.color.warning for part in parts if part.color.warning),
+        outside=tuple(outside for part in parts for outside in part.color.outside),
     )

@@ -31,9 +31,10 @@ class Yarn:
 
     `tex` is the linear density of the whole yarn, all plies. `twist_angle` is that of the fibres
     on the yarn's surface to its axis, positive for S. `height_mm` is the thickness out of the
-    cloth's plane. `color` is an albedo in linear Rec.709. `crimp` (arc length over chord, less
-    one) and `u_max` (inclination at the ends of floats) are None where they follow from the
-    threads that touch; a stated `u_max` shapes the yarn even where a `crimp` is stated too.
+    cloth's plane. `color`, like the colors in `irregularity`, is an albedo in the color space of
+    the cloth. `crimp` (arc length over chord, less one) and `u_max` (inclination at the ends of
+    floats) are None where they follow from the threads that touch; a stated `u_max` shapes the
+    yarn even where a `crimp` is stated too.
     """
 
     name: str
@@ -59,16 +60,25 @@ class Yarn:
 
 
 @dataclass(frozen=True, slots=True)
+class OutsideColor:
+    """A color outside Rec.709: file, line, key and what they state; linear Rec.709, unclipped."""
+
+    stated: str
+    linear: RGB
+
+
+@dataclass(frozen=True, slots=True)
 class YarnSpec:
     """A yarn as a recipe states it, before it meets a draft and a sett.
 
     `palette` lists the palette entries, counted from 1, that the yarn serves; empty means all.
     `tex` is the linear density of the whole yarn and `count` what the recipe said of it.
     `color` is display sRGB, or None to take the draft's; `color_stated` is how the recipe stated
-    it and `color_warning` what was lost, empty where nothing was; of a mélange or mouliné it is
-    the mean of the colors in `irregularity`. `width_mm`, `height_mm`,
-    `flatness` (height over width), `twist_angle` (radians, positive for S), `crimp` and `u_max`
-    (radians) are None where they follow from the count, the twist, the weave and the sett.
+    it; of a mélange or mouliné it is the mean of the colors in `irregularity`. A color outside
+    Rec.709 has components outside 0…1, since only a cloth knows its color space;
+    `colors_outside` lists them. `width_mm`, `height_mm`, `flatness` (height over width),
+    `twist_angle` (radians, positive for S), `crimp` and `u_max` (radians) are None where they
+    follow from the count, the twist, the weave and the sett.
     """
 
     name: str
@@ -94,7 +104,7 @@ class YarnSpec:
     crimp: float | None = None
     u_max: float | None = None
     color_stated: str = "draft"
-    color_warning: str = ""
+    colors_outside: tuple[OutsideColor, ...] = ()
     irregularity: Irregularity = REGULAR
 
 

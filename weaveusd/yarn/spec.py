@@ -50,7 +50,7 @@ def read_spec(table: Table, folder: Path) -> YarnSpec:
         crimp=table.optional("crimp", 0, 1),
         u_max=_radians(table.optional("u_max_deg", 0, 85)),
         color_stated=color.stated,
-        color_warning=color.warning,
+        colors_outside=color.outside,
         irregularity=irregularity,
     )
     table.close()

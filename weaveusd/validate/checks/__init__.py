@@ -10,6 +10,7 @@ from weaveusd.validate.checks import (  # noqa: I001
     shader,
     networks,
     color_spaces,
+    color_tags,
     materialx,
     physical_size,
     texture_files,
@@ -33,6 +34,7 @@ from weaveusd.validate.checks import (  # noqa: I001
 __all__ = [
     "cloth_attributes",
     "color_spaces",
+    "color_tags",
     "cover",
     "drawdown",
     "encodings",

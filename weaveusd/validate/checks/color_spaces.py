@@ -7,16 +7,15 @@ from pathlib import PurePosixPath
 
 from pxr import Usd, UsdShade
 
+from weaveusd.contract import CLOTH_SHADER_ID, COLOR_SPACES, ColorSpace
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import TEXTURE_FILES, OpenAsset
 from weaveusd.validate.registry import Code, check
 
-NAME = Code(
-    "color-space-name", Status.FAIL, "A MaterialX node names a color space unknown to MaterialX."
-)
+NAME = Code("color-space-name", Status.FAIL, "A node names a color space unknown to MaterialX.")
 WRONG = Code("color-space-wrong", Status.FAIL, "A texture is read in another color space.")
 
-MATERIALX_NAMES = ("srgb_texture", "lin_rec709", "acescg")
+MATERIALX_NAMES = ("srgb_texture", *COLOR_SPACES)
 """Names that MaterialX knows; renderers skip others with a line on stderr, or none."""
 
 
@@ -33,13 +32,14 @@ def color_spaces(asset: OpenAsset) -> Iterator[Finding]:
             continue
         shader = UsdShade.Shader(prim)
         identifier = str(shader.GetIdAttr().Get() or "")
-        if identifier.startswith("ND_"):
-            yield from _materialx_node(shader)
+        if identifier.startswith("ND_") or identifier == CLOTH_SHADER_ID:
+            yield from _linear_node(shader, asset.color_space)
         elif identifier == "UsdUVTexture":
             yield from _preview_node(shader)
 
 
-def _materialx_node(shader: UsdShade.Shader) -> Iterator[Finding]:
+def _linear_node(shader: UsdShade.Shader, linear: ColorSpace) -> Iterator[Finding]:
+    """Judge a node of MaterialX or the exact shader; one without a space reads Rec.709."""
     for found in shader.GetInputs(onlyAuthored=True):
         attribute = found.GetAttr()
         space = attribute.GetColorSpace() if attribute.HasColorSpace() else ""
@@ -49,12 +49,12 @@ def _materialx_node(shader: UsdShade.Shader) -> Iterator[Finding]:
             continue
         if str(attribute.GetTypeName()) != "asset":
             continue
-        expected = _space(attribute, "srgb_texture", "lin_rec709", "")
+        expected = _space(attribute, "srgb_texture", linear, "")
         if expected is None:
             continue
-        if expected and space != expected:
+        if expected and (space or "lin_rec709") != expected:
             yield WRONG(f"has color space {space or 'unstated'}, expected {expected}", where)
-        elif not expected and space == "srgb_texture":
+        elif not expected and space not in ("", "lin_rec709"):
             yield WRONG("is decoded as a color, but holds data", where)
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from weaveusd.contract import CHANNELS
+from weaveusd.color_space import texels_to_rec709
+from weaveusd.contract import CHANNELS, ColorSpace
 from weaveusd.validate.checks._texels import Tally, any_component
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
@@ -42,10 +43,13 @@ def encodings(asset: OpenAsset) -> Iterator[Finding]:
         if len(channel.files) < 2:
             continue
         png, exr = channel.files
-        compare = _colors_differ if channel.encoding == "color" else _vectors_differ
         tally = Tally()
         for band in asset.textures.bands(png, exr):
-            tally.add(band.first, compare(band, png, exr), band.pixels[png])
+            if channel.encoding == "color":
+                differ = _colors_differ(band, png, exr, asset.color_space)
+            else:
+                differ = _vectors_differ(band, png, exr)
+            tally.add(band.first, differ, band.pixels[png])
         yield from tally.report(DIFFERENT, png, f"another than in {exr}")
 
 
@@ -54,18 +58,22 @@ def _vectors_differ(band: Band, png: str, exr: str) -> NDArray[np.bool_]:
     return any_component(difference > VECTOR_TOLERANCE)
 
 
-def _levels() -> NDArray[np.float32]:
-    """Return the level of the sRGB curve (IEC 61966-2-1), 0…255, of each of the half floats."""
-    halves = np.arange(1 << 16, dtype=np.uint16).view(np.float16).astype(np.float32)
-    linear = np.clip(np.nan_to_num(halves, nan=0.0), 0, 1)
+def _levels(color: NDArray[Any]) -> NDArray[np.float32]:
+    """Return the levels of the sRGB curve (IEC 61966-2-1), 0…255, of linear Rec.709."""
+    linear = np.clip(np.nan_to_num(color, nan=0.0), 0, 1)
     curved = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return (curved * 255).astype(np.float32)
+    return np.asarray(curved * 255, np.float32)
 
 
-_LEVELS = _levels()
+_LEVELS = _levels(np.arange(1 << 16, dtype=np.uint16).view(np.float16).astype(np.float32))
+"""Levels of each of the half floats."""
 
 
-def _colors_differ(band: Band, png: str, exr: str) -> NDArray[np.bool_]:
+def _colors_differ(band: Band, png: str, exr: str, space: ColorSpace) -> NDArray[np.bool_]:
     halves = np.ascontiguousarray(band.pixels[exr])
-    difference = np.abs(_LEVELS[halves.view(np.uint16)] - band.pixels[png])
+    if space == "lin_rec709":
+        levels = _LEVELS[halves.view(np.uint16)]
+    else:
+        levels = _levels(texels_to_rec709(halves, space))
+    difference = np.abs(levels - band.pixels[png])
     return any_component(difference > COLOR_TOLERANCE)
