@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
+from weaveusd.synth import plan
 from weaveusd.synth.compiled import compiled, inlined
 from weaveusd.synth.plan import THICKNESS, TWIST
-from weaveusd.synth.spine import CONIC
 from weaveusd.synth.surface import (
     ACROSS,
     ALONG,
@@ -52,13 +53,11 @@ def choose(  # type: ignore[no-untyped-def] # numba compiles it for the types it
     """
     column_thread, column_offset = columns.thread, columns.offset
     column_position, column_beside, cell_end = columns.position, columns.beside, columns.end
-    warp_at, warp_middle, warp_straight = warp.at, warp.middle, warp.straight
-    warp_radius, warp_kind, warp_hair, warp_yarns = warp.radius, warp.kind, warp.hair, warp.yarn
+    warp_at, warp_floats, warp_hair, warp_yarns = warp.at, warp.floats, warp.hair, warp.yarn
     half_width, half_height, room = warp.half_width, warp.half_height, warp.room
     axis, sunk, psi, plies = warp.axis, warp.sunk, warp.psi, warp.plies
     thick, twist = warp.thick, warp.twist
-    weft_at, weft_middle, weft_straight = weft.at, weft.middle, weft.straight
-    weft_radius, weft_kind = weft.radius, weft.kind
+    weft_at, weft_floats = weft.at, weft.floats
 
     r, off_y, y, beside_y = rows.thread[j], rows.offset[j], rows.position[j], rows.beside[j]
     weft_yarn, weft_hair, weft_half = weft.yarn[r], weft.hair[r], weft.half_height[r]
@@ -85,9 +84,9 @@ def choose(  # type: ignore[no-untyped-def] # numba compiles it for the types it
             f = warp_at[beside_y, c]
         warp_base, warp_along, straight, radius = sunk[c], 0.0, INFINITE, 1.0
         if f >= 0:
-            warp_base, warp_along = axis[c], y - warp_middle[f]
-            straight, radius = warp_straight[f], warp_radius[f]
-            conics |= warp_kind[f] == CONIC
+            warp_base, warp_along = axis[c], y - warp_floats[f, plan.MIDDLE]
+            straight, radius = warp_floats[f, plan.STRAIGHT], warp_floats[f, plan.RADIUS]
+            conics |= not math.isnan(warp_floats[f, plan.R_HAT])
         plied |= plies[c] > 0.0
         while i < stop:
             column = start + i
@@ -108,11 +107,11 @@ def choose(  # type: ignore[no-untyped-def] # numba compiles it for the types it
                 half = weft_half * scratch[WEFT_SIZE * PIECE + i]
                 weft_psi = scratch[WEFT_PSI * PIECE + i]
                 if h >= 0:
-                    conics |= weft_kind[h] == CONIC
+                    conics |= not math.isnan(weft_floats[h, plan.R_HAT])
                     _lie(
                         scratch, i, -off_y, weft_edge, half, weft_psi,
-                        column_position[column] - weft_middle[h],
-                        weft_straight[h], weft_radius[h], weft_axis,
+                        column_position[column] - weft_floats[h, plan.MIDDLE],
+                        weft_floats[h, plan.STRAIGHT], weft_floats[h, plan.RADIUS], weft_axis,
                     )  # fmt: skip
                 else:
                     _lie(

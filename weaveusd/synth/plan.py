@@ -8,7 +8,7 @@ import numpy as np
 
 from weaveusd.cloth.layout import corner_limit, swing_mm
 from weaveusd.synth.noise import Blend, blends, wander
-from weaveusd.synth.spine import CIRCLE, CONIC, conic_parameters
+from weaveusd.synth.spine import conic_parameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,6 +24,15 @@ GROOVE = 0.35
 
 TWIST, THICKNESS, TONE, PHASE, BEND = range(5)
 """Streams of random numbers, apart from each other for every system and seed."""
+
+
+# Numbers of a float lie side by side, as a texel needs them together.
+(
+    MIDDLE,  # its centre along the thread
+    STRAIGHT,  # half length without bend; infinite where the thread never bends
+    RADIUS,  # R₀ of a circle, scale of a conic
+    R_HAT,  # shape of a conic, NaN of a circle
+) = range(4)
 
 
 class Threads(NamedTuple):
@@ -46,11 +55,7 @@ class Threads(NamedTuple):
     groove: Doubles  # (threads,) depth of the groove between plies, mm
     hair: Doubles  # (threads,) hairiness 0…1
     at: Indices  # (picks, ends) float on top, -1 where the other system is
-    middle: Doubles  # (F,) centre of each float along its thread
-    straight: Doubles  # (F,) half length without bend; infinite where the thread never bends
-    kind: Indices  # (F,) spine.CIRCLE or spine.CONIC
-    radius: Doubles  # (F,) R₀ of a circle, scale of a conic
-    r_hat: Doubles  # (F,) shape of a conic
+    floats: Doubles  # (F, 4) MIDDLE, STRAIGHT, RADIUS and R_HAT of each float
 
 
 class Cells(NamedTuple):
@@ -128,7 +133,6 @@ def _threads(
     irregular = [y.irregularity for y in yarns]
     plies = np.array([y.plies if y.plies > 1 else 0 for y in yarns], float)
     bend = np.array([i.bend for i in irregular])[yarn][floats.thread]
-    straight, kind, radius, r_hat = _spines(floats, half, yarn, yarns, bend, (*seed, BEND))
     return Threads(
         center=0.5 * (edge_mm[1:] + edge_mm[:-1]),
         room=0.5 * np.diff(edge_mm),
@@ -154,11 +158,7 @@ def _threads(
         groove=np.where(plies > 0, 2 * GROOVE / np.maximum(plies, 1), 0)[yarn] * half,
         hair=np.array([i.hairiness for i in irregular])[yarn],
         at=floats.at,
-        middle=floats.center_mm,
-        straight=straight,
-        kind=kind,
-        radius=radius,
-        r_hat=r_hat,
+        floats=_spines(floats, half, yarn, yarns, bend, (*seed, BEND)),
     )  # fmt: skip
 
 
@@ -177,16 +177,15 @@ def _spines(
     yarns: tuple[Yarn, ...],
     deviation: Doubles,
     seed: tuple[int, ...],
-) -> tuple[Doubles, Indices, Doubles, Doubles]:
-    """Return straight half length, kind, radius and shape of each float's spine."""
+) -> Doubles:
+    """Return the numbers (F, 4) of each float's spine."""
     count = len(floats.thread)
     noise = np.random.Generator(np.random.PCG64(seed)).standard_normal(count)
     b = half[floats.thread]
     u_max = floats.u_max * np.clip(1 + deviation * np.clip(noise, -3, 3), 0.05, 2)
     u_max = np.minimum(u_max, corner_limit(b, floats.bend_mm))
     straight = np.full(count, np.inf)
-    kind = np.full(count, CIRCLE, np.int32)
-    radius, r_hat = np.ones(count), np.zeros(count)
+    radius, r_hat = np.ones(count), np.full(count, np.nan)
     bent = u_max > 0
     straight[bent] = 0.5 * floats.length_mm[bent] - floats.bend_mm[bent]
     radius[bent] = floats.bend_mm[bent] / np.sin(u_max[bent]) - b[bent]
@@ -194,6 +193,6 @@ def _spines(
     for i in np.flatnonzero(is_conic):
         kappa = yarns[yarn[floats.thread[i]]].kappa
         length, u = float(floats.length_mm[i]), float(u_max[i])
-        kind[i], straight[i] = CONIC, 0.0
+        straight[i] = 0.0
         r_hat[i], radius[i] = conic_parameters(length, u, float(b[i]), kappa)
-    return straight, kind, radius, r_hat
+    return np.stack([floats.center_mm, straight, radius, r_hat], axis=1)

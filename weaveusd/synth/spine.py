@@ -17,9 +17,6 @@ import math
 
 from weaveusd.synth.compiled import compiled, inlined
 
-CIRCLE, CONIC = 0, 1
-"""Kinds of spine. An end-bend is a circle behind a straight middle."""
-
 SIN_LIMIT = math.sin(math.pi / 2 - 0.02)
 """No inclination exceeds 90° − 0.02 rad."""
 

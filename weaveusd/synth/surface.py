@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from weaveusd.synth.compiled import compiled
-from weaveusd.synth.spine import CONIC, circle_bend, conic_bend, floor, frame, nearest, sin_cos
+from weaveusd.synth.plan import R_HAT
+from weaveusd.synth.spine import circle_bend, conic_bend, floor, frame, nearest, sin_cos
 from weaveusd.synth.strands import strand, strand_slope
 
 if TYPE_CHECKING:
@@ -74,12 +75,15 @@ def bend_conics(  # type: ignore[no-untyped-def]
     """Replace inclination and height where a float of `threads`, warp or weft, is a conic."""
     for i in range(texels):
         f = float_of[i]
-        if f < 0 or (s[WEFT * PIECE + i] > 0.0) != is_weft or threads.kind[f] != CONIC:
+        if f < 0 or (s[WEFT * PIECE + i] > 0.0) != is_weft:
+            continue
+        r_hat = threads.floats[f, R_HAT]
+        if math.isnan(r_hat):
             continue
         along = s[ALONG * PIECE + i]
-        y = max(abs(along) - threads.straight[f], 0.0)
+        y = abs(along) - s[STRAIGHT * PIECE + i]
         b_cos_v = s[HALF_HEIGHT * PIECE + i] * s[COS_V * PIECE + i]
-        sin_u, cos_u, spine = conic_bend(y, threads.r_hat[f], threads.radius[f], b_cos_v)
+        sin_u, cos_u, spine = conic_bend(y, r_hat, s[RADIUS * PIECE + i], b_cos_v)
         s[SIN_U * PIECE + i] = sin_u if along > 0.0 else -sin_u
         s[COS_U * PIECE + i], s[SPINE * PIECE + i] = cos_u, spine
 
