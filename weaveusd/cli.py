@@ -127,6 +127,9 @@ def publish(
         ColorSpace, typer.Option(help="Linear space of the colors; acescg is the wider.")
     ] = ColorSpace.lin_rec709,
     version: Annotated[str, typer.Option(help="`next`, or one such as v003.")] = "next",
+    jobs: Annotated[
+        int | None, typer.Option(help="Threads that compute textures; one a core.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Publish a draft as a USD and MaterialX material asset, checked and at once."""
@@ -152,6 +155,7 @@ def publish(
                 seed=seed,
                 color_space=color_space.value,
                 version=version,
+                jobs=jobs,
                 progress=progress,
             )
     except WeaveusdError as error:

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 Progress = Callable[[float], None]
 PathLike = str | os.PathLike[str]
 
+MAX_JOBS = 1024
+
 _WRITING = 0.85
 """Share of a publish's time that goes into writing textures, for the progress bar."""
 
@@ -61,6 +63,7 @@ def publish(
     seed: int = 0,
     color_space: str = "lin_rec709",
     version: str = "next",
+    jobs: int | None = None,
     progress: Progress | None = None,
 ) -> Publication:
     """Publish the cloth that `draft` and a preset or recipe make as a version below `root`.
@@ -90,6 +93,8 @@ def publish(
         Rec.709 keeps its saturation.
     version
         ``next``, or one such as ``v003``.
+    jobs
+        Threads that compute textures, by default one a core; any number gives the same bytes.
     progress
         Told the share of the work done, 0…1.
 
@@ -112,10 +117,12 @@ def publish(
     if not 0 <= seed < 1 << 31:
         raise InputError(f"seed: found {seed}, expected 0 to {(1 << 31) - 1}")
     space = _color_space(color_space)
+    if jobs is not None and not 1 <= jobs <= MAX_JOBS:
+        raise InputError(f"jobs: found {jobs}, expected 1 to {MAX_JOBS}")
     material_recipe = read_recipe(preset=preset, recipe=recipe)
     name = safe_name(name or f"{Path(draft).stem}_{material_recipe.name}")
     material = make_material(
-        draft, material_recipe, name, patch=patch, seed=seed, color_space=space
+        draft, material_recipe, name, patch=patch, seed=seed, color_space=space, jobs=jobs
     )
     tell(0.05)
     findings = [_recipe_finding(warning) for warning in material.weave.warnings]
@@ -163,6 +170,7 @@ def make_material(
     patch: Patch,
     seed: int = 0,
     color_space: ColorSpace = "lin_rec709",
+    jobs: int | None = None,
 ) -> ClothMaterial:
     """Return the material of a patch of the WIF file `draft` and `recipe`, in memory."""
     from weaveusd.cloth.weave import weave
@@ -185,7 +193,8 @@ def make_material(
         recipe_source=recipe.source,
         tool_version=__version__,
     )
-    return shade(name, cloth, synthesize(cloth, resolution=resolution, seed=seed), provenance)
+    textures = synthesize(cloth, resolution=resolution, seed=seed, jobs=jobs)
+    return shade(name, cloth, textures, provenance)
 
 
 def render(stage: PathLike, output: PathLike, **settings: Any) -> RenderResult:

@@ -323,3 +323,12 @@ def test_texels_are_nearly_square():
 def test_a_resolution_out_of_bounds_is_refused(resolution):
     with pytest.raises(ValueError, match="resolution"):
         synthesize(woven(plain()), resolution=resolution)
+
+
+@pytest.mark.parametrize("resolution", range(30, 46))
+def test_there_is_no_gap_between_yarns_that_touch(resolution):
+    cloth = regular(woven(plain(), "charmeuse"))
+    np.testing.assert_allclose(cloth.warp_width_mm, np.diff(cloth.warp_edge_mm))
+    out = synthesize(cloth, resolution=resolution).whole()
+    assert out["opacity"].min() == 1
+    assert out["normal"][..., 2].min() > 0

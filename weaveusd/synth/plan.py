@@ -92,7 +92,8 @@ def lay_cells(edge_mm: Doubles, texels: int) -> Cells:
     position = (np.arange(texels) + 0.5) * (edge_mm[-1] / texels)
     thread = np.clip(np.searchsorted(edge_mm, position, side="right") - 1, 0, threads - 1)
     center = 0.5 * (edge_mm[1:] + edge_mm[:-1])
-    offset = position - center[thread]
+    # A hair's breadth inwards: on the border of two yarns that touch there is no gap.
+    offset = (position - center[thread]) * (1 - 1e-9)
     beside = (thread + np.where(offset < 0, -1, 1)) % threads
     end = np.searchsorted(thread, np.arange(threads), side="right")
     return Cells(

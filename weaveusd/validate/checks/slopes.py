@@ -35,7 +35,7 @@ FLAT = 1e-3
 AGREEMENT = 0.5
 """Least correlation: 1 for true normals, -1 for a flipped axis, 0 for exchanged ones."""
 
-TEXELS_PER_THREAD = 8
+TEXELS_PER_THREAD = 12
 """Coarser textures step over the borders between threads of one yarn."""
 
 FEWEST = 0.02

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Doubles = NDArray[np.float64]
+    Floats32 = NDArray[np.float32]
 
 MEAN = Code("color-disagrees", Status.FAIL, "A yarn shows another color than its attribute states.")
 PLACE = Code("color-misplaced", Status.FAIL, "Texels of a yarn show the color of another yarn.")
@@ -31,6 +32,12 @@ MAX_COLORS = 16
 
 MISPLACED = 0.005
 """Share of a yarn's texels that may show another color."""
+
+OWN = 0.2
+"""A yarn of which fewer texels show its color is mixed from others, and not judged by texels."""
+
+TONE = 0.12
+"""Most relative change of a color's luminance for one ΔE of lightness, where it is dark."""
 
 STEP = 2
 """Every second texel of every second row is looked at."""
@@ -48,7 +55,8 @@ def yarn_colors(asset: OpenAsset) -> Iterator[Finding]:
     if not stated or any(color is None or len(color) != 3 for color in stated):
         return  # attribute/yarns reports it
     colors = np.array([tuple(color) for color in stated], dtype=np.float64)
-    texels, sums, misplaced = _survey(asset, colors)
+    deviations = [asset.yarn(yarn, "colorDeviation") or 0.0 for yarn in asset.yarns]
+    texels, sums, own, misplaced = _survey(asset, colors, np.array(deviations))
     where = f"{TEXTURE_DIR}/base_color.exr"
     for k, yarn in enumerate(asset.yarns):
         if not texels[k]:
@@ -58,19 +66,24 @@ def yarn_colors(asset: OpenAsset) -> Iterator[Finding]:
             yield MEAN(
                 f"{yarn} shows {_text(mean)} on average, stated is {_text(colors[k])}", where
             )
-        if misplaced[k] > MISPLACED * texels[k]:
+        if own[k] > OWN * texels[k] and misplaced[k] > MISPLACED * texels[k]:
             share = misplaced[k] / texels[k]
             yield PLACE(f"{share:.1%} of {yarn} show the color of another yarn", where)
 
 
-def _survey(asset: OpenAsset, colors: Doubles) -> tuple[Doubles, Doubles, Doubles]:
-    """Return for each yarn its texels looked at, the sum of their colors, how many are misplaced.
+def _survey(
+    asset: OpenAsset, colors: Doubles, deviations: Doubles
+) -> tuple[Doubles, Doubles, Doubles, Doubles]:
+    """Return for each yarn its texels looked at, the sum of their colors, and how many show it.
 
-    Shapes are (Y,), (Y, 3) and (Y,).
+    Those that show its color, and those that show another's: a tone of a color, three
+    `deviations` lighter or darker, is that color. Shapes are (Y,), (Y, 3), (Y,) and (Y,).
     """
     count = len(colors)
-    distinct = np.unique(colors, axis=0)
-    texels, sums, misplaced = np.zeros(count), np.zeros((count, 3)), np.zeros(count)
+    distinct = np.unique(colors, axis=0).astype(np.float32)
+    texels, sums = np.zeros(count), np.zeros((count, 3))
+    shares = np.zeros((2, count))
+    spread = np.clip(3 * TONE * deviations, 0, 0.7).astype(np.float32)
     for band in asset.textures.bands("base_color.exr", "yarn_id.png"):
         ids = band.pixels["yarn_id.png"][::STEP, ::STEP, 0].ravel().astype(np.intp) - 1
         shown = band.pixels["base_color.exr"][::STEP, ::STEP].reshape(-1, 3).astype(np.float32)
@@ -80,14 +93,22 @@ def _survey(asset: OpenAsset, colors: Doubles) -> tuple[Doubles, Doubles, Double
         for channel in range(3):
             sums[:, channel] += np.bincount(ids, weights=shown[:, channel], minlength=count)
         if len(distinct) <= MAX_COLORS:
-            own = colors.astype(np.float32)
-            away = np.square(shown - own[ids]).sum(axis=1)
+            own = colors.astype(np.float32)[ids]
+            away = _from_tones(shown, own, spread[ids])
             wrong = np.zeros(len(ids), dtype=bool)
-            for other in distinct.astype(np.float32):
+            for other in distinct:
                 apart = np.square(own - other).sum(axis=1) > DISTINCT**2
-                wrong |= apart[ids] & (np.square(shown - other).sum(axis=1) < away)
-            misplaced += np.bincount(ids, weights=wrong, minlength=count)
-    return texels, sums, misplaced
+                wrong |= apart & (np.square(shown - other).sum(axis=1) < away)
+            near = away < DISTINCT**2
+            shares += [np.bincount(ids, weights=w, minlength=count) for w in (near, wrong)]
+    return texels, sums, *shares
+
+
+def _from_tones(shown: Floats32, own: Floats32, spread: Floats32) -> Floats32:
+    """Return the squared distance (n,) of colors (n, 3) from the nearest tone of `own`."""
+    squared = np.maximum(np.square(own).sum(axis=1), 1e-12)
+    scale = np.clip((shown * own).sum(axis=1) / squared, 1 - spread, 1 + 2 * spread)
+    return np.asarray(np.square(shown - scale[:, None] * own).sum(axis=1))
 
 
 def _text(color: Doubles) -> str:
