@@ -18,6 +18,10 @@ HALF_STEP = 2.0**-11
 """Half floats next to 1 are rounded by at most this, relatively."""
 
 
+SIGMAS = 3.0
+"""Standard deviations that no yarn's thickness strays beyond."""
+
+
 @check(
     id="texture/ranges",
     why="An albedo above 1 makes light; a height is measured down from the highest crown.",
@@ -29,13 +33,16 @@ def value_ranges(asset: OpenAsset) -> Iterator[Finding]:
     color, above, below, coverage = Tally(), Tally(), Tally(), Tally()
     thickness = asset.cloth("thickness")
     hairy = any(asset.yarn(yarn, "hairiness") for yarn in asset.yarns)
+    uneven = max((asset.yarn(yarn, "thicknessDeviation") or 0.0 for yarn in asset.yarns), default=0)
+    # A slub stands higher than the mean yarn, whose thickness is stated; heights count from it.
+    lowest = -(thickness or 0.0) * (1 + SIGMAS * uneven) * (1 + HALF_STEP)
     for band in asset.textures.bands("base_color.exr", "height.exr", "opacity.png"):
         albedo = band.pixels["base_color.exr"]
         color.add(band.first, any_component((albedo < 0) | (albedo > 1)), albedo)
         height = band.pixels["height.exr"][..., 0]
         above.add(band.first, height > 0, height)
         if isinstance(thickness, float):
-            below.add(band.first, height < -thickness * (1 + HALF_STEP), height)
+            below.add(band.first, height < lowest, height)
         opacity = band.pixels["opacity.png"][..., 0]
         if not hairy:
             coverage.add(band.first, (opacity > 0) & (opacity < 255), opacity)
