@@ -30,6 +30,9 @@ def flat_cloth(fibre: tuple[float, float, float], folder: Path) -> Path:
         "height": (0.0,),
         "opacity": (1.0,),
         "yarn_id": (0.0,),
+        "system": (0.0,),
+        "fibre_angle": (fibre[0] ** 2 - fibre[1] ** 2, 2 * fibre[0] * fibre[1]),
+        "ambient_occlusion": (1.0,),
     }
 
     def band(first: int, last: int) -> Band:
