@@ -71,14 +71,16 @@ def render(
         from weaveusd.render.pictures import check_output
 
         check_output(target)
+    # Opened before a renderer is looked for: a broken stage is the user's first concern.
+    from weaveusd.stage import open_stage
+
+    opened = open_stage(stage)
     active = prepare(variant)
 
     from weaveusd.render.cameras import aspect_of, find_camera
     from weaveusd.render.trace import trace
     from weaveusd.render.translate import translate
-    from weaveusd.stage import open_stage
 
-    opened = open_stage(stage)
     if height is None:
         aspect = aspect_of(find_camera(opened, camera))
         height = min(max(round(width / aspect), 1), MAX_PIXELS)
