@@ -7,6 +7,8 @@ import pytest
 
 from tests.render.cloths import PRESETS, direction, optics, plain_arrays, with_gaps
 from weaveusd import contract
+from weaveusd.shading.normalization import normalization
+from weaveusd.yarn.recipe import preset_names, read_preset
 
 FRAMES = {
     "flat": ((0, 0, 1), (0, 1, 0)),
@@ -314,3 +316,27 @@ def test_packing_mends_vectors_and_counts_them() -> None:
     np.testing.assert_allclose(np.linalg.norm(normal, axis=-1), 1, rtol=1e-6)
     np.testing.assert_allclose(np.linalg.norm(tangent, axis=-1), 1, rtol=1e-6)
     np.testing.assert_allclose(np.sum(normal * tangent, axis=-1), 0, atol=1e-6)
+
+
+def preset_optics() -> dict[str, Any]:
+    """One yarn of our presets for each set of optics that occurs in them."""
+    found = {
+        yarn.optics: f"{name}/{yarn.name}"
+        for name in reversed(preset_names())
+        for yarn in read_preset(name).yarns
+    }
+    return {key: optics for optics, key in found.items()}
+
+
+@pytest.mark.parametrize("yarn", preset_optics().values(), ids=preset_optics())
+def test_every_preset_is_sampled_as_its_density_says(mi: Any, yarn: Any) -> None:
+    inputs = {name: [getattr(yarn, name)] for name in contract.SHADER_YARN_INPUTS
+              if name != "normalization"}  # fmt: skip
+    inputs["normalization"] = [
+        normalization(yarn.eta, yarn.k_d, yarn.k_s, yarn.gamma_s, yarn.gamma_v)
+    ]
+    views = (("tilted", (30, 40)), ("flat", (60, 100)), ("steep", (80, 200)))
+    for frame, angles in views:
+        bsdf = cloth(plain_arrays(*FRAMES[frame]), inputs)
+        trials = len(preset_optics()) * len(views)
+        assert_sampled_as_told(mi, bsdf, direction(*angles), trials, frame == "flat")
