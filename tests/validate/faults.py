@@ -102,7 +102,7 @@ in_text("look_as_sublayer", ENTRY, "    prepend references = @./look.usda@\n", "
 
 # --- Paths ----------------------------------------------------------------------------------------
 
-in_text("absolute_path", LOOK, "weave:draft = @./draft.wif@", "weave:draft = @/elsewhere/draft.wif@",
+in_text("absolute_path", LOOK, "weave:draft = @./draft.wif@", "weave:draft = @/away/draft.wif@",
         "path-absolute", "usd-error")  # fmt: skip
 in_text("drive_letter", LOOK, "weave:draft = @./draft.wif@", "weave:draft = @C:/draft.wif@",
         "path-absolute", "usd-error")  # fmt: skip
