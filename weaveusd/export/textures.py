@@ -16,6 +16,7 @@ import numpy as np
 from weaveusd.color_space import texels_to_rec709
 from weaveusd.contract import CHANNELS, GAP, VECTOR_PNG_LEVELS, Channel, ColorSpace
 from weaveusd.export.images import ImageWriter, Metadata, density
+from weaveusd.yarn.color import decode_srgb
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -137,15 +138,9 @@ def _of_yarns(
 _LOOSE = {"roughness": np.float32(1), "anisotropy": np.float32(0)}
 
 
-def _srgb_decode(code: float) -> float:
-    """Return the linear value of an sRGB `code` in 0…1 (IEC 61966-2-1)."""
-    linear: float = code / 12.92 if code <= 0.04045 else ((code + 0.055) / 1.055) ** 2.4
-    return linear
-
-
 # Comparing with the borders between codes rounds exactly, on every machine alike; the power
 # functions of vector units differ in their last bit.
-_SRGB_STEPS = np.array([_srgb_decode((k + 0.5) / 255) for k in range(255)], dtype=np.float32)
+_SRGB_STEPS = np.array([decode_srgb((k + 0.5) / 255) for k in range(255)], dtype=np.float32)
 
 
 _ACESCG: dict[str, Metadata] = {

@@ -8,7 +8,7 @@ import numpy as np
 
 from weaveusd.cloth.layout import corner_limit, swing_mm
 from weaveusd.synth.noise import Blend, blends, wander
-from weaveusd.synth.spine import conic_parameters
+from weaveusd.synth.spine import circle_radius, conic_parameters
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -189,7 +189,7 @@ def _spines(
     radius, r_hat = np.ones(count), np.full(count, np.nan)
     bent = u_max > 0
     straight[bent] = 0.5 * floats.length_mm[bent] - floats.bend_mm[bent]
-    radius[bent] = floats.bend_mm[bent] / np.sin(u_max[bent]) - b[bent]
+    radius[bent] = circle_radius(floats.bend_mm[bent], u_max[bent], b[bent])
     is_conic = np.array([y.spine == "conic" for y in yarns])[yarn][floats.thread] & bent
     for i in np.flatnonzero(is_conic):
         kappa = yarns[yarn[floats.thread[i]]].kappa

@@ -14,8 +14,14 @@ IEEE arithmetic alone, so that every machine computes the same bits.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from weaveusd.synth.compiled import compiled, inlined
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
 
 SIN_LIMIT = math.sin(math.pi / 2 - 0.02)
 """No inclination exceeds 90° − 0.02 rad."""
@@ -140,9 +146,10 @@ def floor(x: float) -> float:
     return whole - 1.0 if whole > x else whole
 
 
-def circle_radius(bend_mm: float, u_max: float, b_mm: float) -> float:
-    """Return R₀ of a bend that ends, at its crown, after `bend_mm`: e / sin u_max − b."""
-    return bend_mm / math.sin(u_max) - b_mm
+def circle_radius(bend_mm: ArrayLike, u_max: ArrayLike, b_mm: ArrayLike) -> NDArray[np.float64]:
+    """Return R₀ (…) of bends that end, at their crown, after `bend_mm`: e / sin u_max − b."""
+    radius: NDArray[np.float64] = np.asarray(bend_mm, float) / np.sin(u_max) - np.asarray(b_mm)
+    return radius
 
 
 def conic_parameters(

@@ -90,12 +90,18 @@ def srgb_from_hex(text: str) -> RGB:
     return r, g, b
 
 
+def decode_srgb(value: float) -> float:
+    """Return the linear value of one display sRGB component (IEC 61966-2-1)."""
+    linear: float = value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4
+    return linear
+
+
 def linear_from_srgb(color: RGB) -> RGB:
     """Return linear Rec.709 components of display sRGB ones (IEC 61966-2-1).
 
     Beyond 0…1 either end of the curve goes on, so that `srgb_from_linear` is the inverse.
     """
-    r, g, b = (v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in color)
+    r, g, b = (decode_srgb(v) for v in color)
     return r, g, b
 
 

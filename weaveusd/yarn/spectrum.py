@@ -6,7 +6,7 @@ import math
 from pathlib import Path, PurePosixPath
 
 from weaveusd.errors import RecipeError
-from weaveusd.yarn.toml import read_bounded, shown
+from weaveusd.yarn.toml import read_text, shown
 
 MAX_BYTES = 1 << 16
 RANGE_NM = (380.0, 730.0)
@@ -29,14 +29,7 @@ def read_reflectance(
     """
     path = _inside(folder, name, place)
     file = folder / name
-    try:
-        text = read_bounded(path, MAX_BYTES).decode("utf-8-sig")
-    except OSError as error:
-        raise RecipeError(f"{place}: {name}: {error.strerror}") from error
-    except RecipeError as error:
-        raise RecipeError(f"{place}: {name}: {error}") from error
-    except UnicodeDecodeError as error:
-        raise RecipeError(f"{place}: {name}: not UTF-8 at byte {error.start}") from error
+    text = read_text(path, MAX_BYTES, f"{place}: {name}", "utf-8-sig")
     rows: list[tuple[float, float]] = []
     headings = 0
     for number, line in enumerate(text.splitlines(), 1):

@@ -154,17 +154,22 @@ def shown(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}…"
 
 
-def read_bounded(path: Path, most: int) -> bytes:
-    """Return the bytes of `path`, of which no more than `most` + 1 are ever taken to memory.
+def read_text(path: Path, most: int, place: str, encoding: str = "utf-8") -> str:
+    """Return the text of `path`, of which no more than `most` + 1 bytes are taken to memory.
 
-    Raises OSError, and RecipeError when there are more than `most`; the message is to follow
-    the name of the file.
+    Raises RecipeError, which begins with `place`, when the file cannot be read, has more than
+    `most` bytes, or is no `encoding`, a kind of UTF-8.
     """
-    with path.open("rb") as file:
-        data = file.read(most + 1)
-    if len(data) > most:
-        raise RecipeError(f"larger than {most} bytes")
-    return data
+    try:
+        with path.open("rb") as file:
+            data = file.read(most + 1)
+        if len(data) > most:
+            raise RecipeError(f"{place}: larger than {most} bytes")
+        return data.decode(encoding)
+    except OSError as error:
+        raise RecipeError(f"{place}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise RecipeError(f"{place}: not UTF-8 at byte {error.start}") from error
 
 
 def read_table(path: Path, file: str | None = None) -> Table:
@@ -174,14 +179,7 @@ def read_table(path: Path, file: str | None = None) -> Table:
     or has a line of more than `MAX_DOTS` dots.
     """
     file = file or str(path)
-    try:
-        text = read_bounded(path, MAX_BYTES).decode("utf-8")
-    except OSError as error:
-        raise RecipeError(f"{file}: {error.strerror}") from error
-    except RecipeError as error:
-        raise RecipeError(f"{file}: {error}") from error
-    except UnicodeDecodeError as error:
-        raise RecipeError(f"{file}: not UTF-8 at byte {error.start}") from error
+    text = read_text(path, MAX_BYTES, file)
     for number, line in enumerate(text.split("\n"), 1):
         if (dots := line.count(".")) > MAX_DOTS:
             expected = f"expected at most {MAX_DOTS}"
