@@ -94,7 +94,7 @@ def publish(
     version
         ``next``, or one such as ``v003``.
     jobs
-        Threads that compute textures, by default one a core; any number gives the same bytes.
+        Threads that compute and encode, by default one a core; any number gives the same bytes.
     progress
         Told the share of the work done, 0…1.
 
@@ -128,7 +128,9 @@ def publish(
     findings = [_recipe_finding(warning) for warning in material.weave.warnings]
 
     def write(folder: Path) -> None:
-        write_asset(material, folder, progress=lambda share: tell(0.05 + _WRITING * share))
+        write_asset(
+            material, folder, jobs=jobs, progress=lambda share: tell(0.05 + _WRITING * share)
+        )
 
     def check(folder: Path) -> None:
         from weaveusd.contract import entry_layer

@@ -11,6 +11,7 @@ import pytest
 
 from tests.export.cloths import PER_YARN, texels, texture_set
 from weaveusd.contract import CHANNELS
+from weaveusd.errors import WeaveusdError
 from weaveusd.export import textures
 from weaveusd.export.images import read_image
 from weaveusd.export.textures import encode, write_textures
@@ -103,6 +104,23 @@ def test_bands_of_any_height_give_the_same_bytes(folder, tmp_path, monkeypatch, 
     write_textures(texture_set(), tmp_path, PER_YARN)
     for name in FILES:
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
+
+
+@pytest.mark.parametrize("jobs", [1, 2, 5])
+def test_any_number_of_jobs_gives_the_same_bytes(folder, tmp_path, monkeypatch, jobs):
+    monkeypatch.setattr(textures, "BAND_TEXELS", 32 * 5)
+    write_textures(texture_set(), tmp_path, PER_YARN, jobs=jobs)
+    for name in FILES:
+        assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
+
+
+def test_a_file_that_cannot_be_written_stops_the_others(tmp_path, monkeypatch):
+    def refuse(self, rows):
+        raise WeaveusdError("the disk is full")
+
+    monkeypatch.setattr(textures.ImageWriter, "write", refuse)
+    with pytest.raises(WeaveusdError, match="the disk is full"):
+        write_textures(texture_set(), tmp_path, PER_YARN, jobs=2)
 
 
 def test_each_row_is_computed_once_from_the_top_down(tmp_path, monkeypatch):

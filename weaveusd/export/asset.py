@@ -26,7 +26,13 @@ if TYPE_CHECKING:
     from weaveusd.shading.material import ClothMaterial
 
 
-def write_asset(material: ClothMaterial, folder: Path, *, progress: Progress | None = None) -> Path:
+def write_asset(
+    material: ClothMaterial,
+    folder: Path,
+    *,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+) -> Path:
     """Write the asset of `material` into the empty `folder` and return its entry layer.
 
     The entry layer references the look layer, which holds the material with its networks. All
@@ -40,6 +46,8 @@ def write_asset(material: ClothMaterial, folder: Path, *, progress: Progress | N
         Cloth to write; its name is one that `safe_name` returned.
     folder
         Existing folder without files.
+    jobs
+        Threads that encode textures, by default one for each core.
     progress
         Told the share of the work done, 0…1.
 
@@ -59,7 +67,12 @@ def write_asset(material: ClothMaterial, folder: Path, *, progress: Progress | N
         "anisotropy": [shading.openpbr_anisotropy for shading in shadings],
     }
     cover = write_textures(
-        material.textures, textures, per_yarn, color_space=material.color_space, progress=progress
+        material.textures,
+        textures,
+        per_yarn,
+        color_space=material.color_space,
+        jobs=jobs,
+        progress=progress,
     )
     _write_look(material, folder / LOOK_LAYER, cover)
     entry = folder / entry_layer(material.name)

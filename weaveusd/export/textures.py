@@ -7,7 +7,9 @@ Rows are turned over here and nowhere else.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +18,7 @@ import numpy as np
 from weaveusd.color_space import texels_to_rec709
 from weaveusd.contract import CHANNELS, GAP, VECTOR_PNG_LEVELS, Channel, ColorSpace
 from weaveusd.export.images import ImageWriter, Metadata, density
+from weaveusd.synth.rows import thread_count
 from weaveusd.yarn.color import decode_srgb
 
 if TYPE_CHECKING:
@@ -29,12 +32,27 @@ Progress = Callable[[float], None]
 BAND_TEXELS = 2**19
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sink:
+    """A texture file under way, and the channel that it carries."""
+
+    channel: Channel
+    suffix: str
+    color_space: ColorSpace
+    writer: ImageWriter
+
+    def append(self, values: Floats32) -> None:
+        """Write rows of the channel, the top one first, below those written so far."""
+        self.writer.write(encode(self.channel, self.suffix, values, self.color_space))
+
+
 def write_textures(
     textures: TextureSet,
     folder: Path,
     per_yarn: Mapping[str, Sequence[float]],
     *,
     color_space: ColorSpace = "lin_rec709",
+    jobs: int | None = None,
     progress: Progress | None = None,
 ) -> float:
     """Write every channel of `textures` into `folder` and return the mean of the opacity.
@@ -43,7 +61,9 @@ def write_textures(
     the opacity is neither 0 nor 1, scatter without direction: roughness 1, anisotropy 0.
 
     Each band of rows is computed once and goes to all files, so that memory depends on
-    `BAND_TEXELS` alone and not on the height.
+    `BAND_TEXELS` alone and not on the height. `jobs` threads, by default one for each core,
+    encode a band, each one file at a time, while the next band is computed; one job does either.
+    Any number of jobs gives the same bytes.
 
     Files hold: EXR half floats, zip, wrap modes periodic, colors in `color_space`, which is that
     of `textures`, and vectors signed; `base_color.png` what a display shows of the EXR, clipped
@@ -55,36 +75,63 @@ def write_textures(
     ------
     ValueError
         A band lacks a channel, or has another shape, a value that is not finite or a yarn
-        index that 8 bits do not hold.
+        index that 8 bits do not hold; or there is less than one job.
     WeaveusdError
         A file could not be written.
     """
     opaque = 0.0
+    threads = thread_count(jobs)
     with ExitStack() as stack:
-        writers = [
-            (
-                channel,
-                name,
-                stack.enter_context(_open(textures, channel, folder / name, color_space)),
-            )
-            for channel in CHANNELS.values()
-            for name in channel.files
-        ]
+        sinks = _open_all(textures, folder, color_space, stack)
+        pool = stack.enter_context(ThreadPoolExecutor(threads))
+        encoding: list[Future[None]] = []
         for first, last in _bands(textures.width, textures.height):
-            band = textures.band(first, last)
-            rows = {
-                name: _checked(band, name, last - first, textures.width)[::-1]
-                for name, channel in CHANNELS.items()
-                if not channel.per_yarn
-            }
-            rows |= _of_yarns(rows, per_yarn)
-            for channel, name, writer in writers:
-                suffix = Path(name).suffix
-                writer.write(encode(channel, suffix, rows[channel.name], color_space))
+            rows = _rows(textures, first, last, per_yarn)
             opaque += float(np.sum(rows["opacity"], dtype=np.float64))
+            _finish(encoding)
+            encoding = [pool.submit(sink.append, rows[sink.channel.name]) for sink in sinks]
+            if threads == 1:
+                _finish(encoding)
             if progress is not None:
                 progress((textures.height - first) / textures.height)
+        _finish(encoding)
     return opaque / (textures.width * textures.height)
+
+
+def _open_all(
+    textures: TextureSet, folder: Path, color_space: ColorSpace, stack: ExitStack
+) -> list[_Sink]:
+    """Open the files of all channels in `stack`, those that take longest to encode first."""
+    files = [(channel, name) for channel in CHANNELS.values() for name in channel.files]
+    files.sort(key=lambda file: (file[0].encoding != "vector", not file[1].endswith(".png")))
+    return [
+        _Sink(
+            channel,
+            Path(name).suffix,
+            color_space,
+            stack.enter_context(_open(textures, channel, folder / name, color_space)),
+        )
+        for channel, name in files
+    ]
+
+
+def _rows(
+    textures: TextureSet, first: int, last: int, per_yarn: Mapping[str, Sequence[float]]
+) -> dict[str, Floats32]:
+    """Return rows `first` to `last` - 1 of every channel, the highest y first."""
+    band = textures.band(first, last)
+    rows = {
+        name: _checked(band, name, last - first, textures.width)[::-1]
+        for name, channel in CHANNELS.items()
+        if not channel.per_yarn
+    }
+    return rows | _of_yarns(rows, per_yarn)
+
+
+def _finish(tasks: list[Future[None]]) -> None:
+    """Wait for all of `tasks`, and raise what the first to fail has raised."""
+    for task in tasks:
+        task.result()
 
 
 def encode(
