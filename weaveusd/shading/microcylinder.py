@@ -1,7 +1,8 @@
 """The cloth BSDF in NumPy: a fibre as a microcylinder, to be read and to be trusted.
 
-The model is that of Sadeghi et al. 2013 with Cauchy lobes, normalized so that no fibre reflects
-more than it receives and that `A` is an albedo; sampling follows Wang et al. 2014, corrected.
+The model is that of Sadeghi et al. 2013 with Cauchy lobes (or Gaussian ones, for reference),
+normalized so that no fibre reflects more than it receives and that `A` is an albedo; sampling
+follows Wang et al. 2014, corrected. The form that they published is in `published`.
 
 Directions are unit vectors that point away from the surface, `wi` to the viewer and `wo` to the
 light; `n` is the yarn's normal, `t` the fibre's direction, b = n × t. For a direction ω::
@@ -19,8 +20,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from weaveusd.shading.fibre import Fibre, dot, facing, in_fibre_frame
 from weaveusd.shading.fresnel import reflectance
-from weaveusd.shading.normalization import SURFACE_SCALE, cauchy, normalization
+from weaveusd.shading.longitudinal import inclination_density, profile, sample_inclination
+from weaveusd.shading.normalization import SURFACE_SCALE, normalization
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -32,8 +35,9 @@ class Parameters(NamedTuple):
     """Optics of a fibre. Angles in radians.
 
     `eta` index of refraction; `k_d` isotropic share of the volume lobe; `k_s` scale of the
-    surface lobe; `gamma_s` and `gamma_v` half widths of the two lobes; `tau` share of the
-    volume lobe that leaves on the other side; `A` albedo, any shape, channels last.
+    surface lobe; `gamma_s` and `gamma_v` half widths of the two lobes, or their standard
+    deviations where they are `gaussian`; `tau` share of the volume lobe that leaves on the other
+    side; `A` albedo, any shape, channels last.
     """
 
     eta: float
@@ -43,6 +47,7 @@ class Parameters(NamedTuple):
     gamma_v: float
     tau: float
     A: ArrayLike
+    gaussian: bool = False
 
 
 class Sample(NamedTuple):
@@ -51,17 +56,6 @@ class Sample(NamedTuple):
     wo: Doubles
     weight: Doubles
     pdf: Doubles
-
-
-class _Fibre(NamedTuple):
-    """A pair of directions in the fibre's frame, n turned to wi's side. All (…)."""
-
-    theta_i: Doubles
-    theta_o: Doubles
-    cos_i: Doubles
-    cos_o: Doubles
-    phi_d: Doubles
-    n_dot_o: Doubles
 
 
 def evaluate(
@@ -77,10 +71,12 @@ def evaluate(
 
     `n_v` is the N_V that an asset states; by default it follows from `params`.
     """
-    fibre = _in_fibre_frame(wi, wo, n, t)
+    fibre = in_fibre_frame(wi, wo, n, t)
     f_r, f_v = _lobes(fibre, params)
     if n_v is None:
-        n_v = normalization(params.eta, params.k_d, params.k_s, params.gamma_s, params.gamma_v)
+        n_v = normalization(
+            params.eta, params.k_d, params.k_s, params.gamma_s, params.gamma_v, params.gaussian
+        )
     albedo = np.asarray(params.A, float)
     value: Doubles = (f_r[..., None] + albedo * n_v * f_v[..., None]) * np.abs(
         fibre.n_dot_o[..., None]
@@ -92,18 +88,17 @@ def lobes(
     wi: ArrayLike, wo: ArrayLike, n: ArrayLike, t: ArrayLike, params: Parameters
 ) -> tuple[Doubles, Doubles]:
     """Return f_R and f_V (…), the surface and the volume lobe without A, N_V and cosine."""
-    return _lobes(_in_fibre_frame(wi, wo, n, t), params)
+    return _lobes(in_fibre_frame(wi, wo, n, t), params)
 
 
 def pdf(wi: ArrayLike, wo: ArrayLike, n: ArrayLike, t: ArrayLike, params: Parameters) -> Doubles:
     """Return the density of `sample` at `wo`, (…) in 1/sr (Wang et al. 2014, corrected)."""
-    fibre = _in_fibre_frame(wi, wo, n, t)
+    fibre = in_fibre_frame(wi, wo, n, t)
     p_r = surface_probability(fibre.theta_i, fibre.cos_i, params)
     w_c = cosine_share(params.gamma_v)
     same = fibre.n_dot_o > 0
-    theta_h = 0.5 * (fibre.theta_i + fibre.theta_o)
-    surface = _cauchy_density(theta_h, fibre.theta_i, params.gamma_s)
-    volume = (1 - params.k_d) * _cauchy_density(theta_h, fibre.theta_i, params.gamma_v)
+    surface = _density(fibre, params.gamma_s, params)
+    volume = (1 - params.k_d) * _density(fibre, params.gamma_v, params)
     volume = volume + params.k_d * 0.5 * fibre.cos_o
     side = np.where(same, 1 - params.tau, params.tau)
     lobe = np.where(same, p_r * surface, 0) + side * (1 - p_r) * volume
@@ -122,12 +117,12 @@ def sample(wi: ArrayLike, n: ArrayLike, t: ArrayLike, params: Parameters, u: Arr
     u = np.asarray(u, float)
     choice, u_phi = u[..., 0], u[..., -1]
     wi, n, t = (np.asarray(v, float) for v in (wi, n, t))
-    n = np.where(_dot(n, wi)[..., None] < 0, -n, n)
-    theta_i = np.arcsin(np.clip(_dot(wi, t), -1, 1))
+    n = facing(n, wi)
+    theta_i = np.arcsin(np.clip(dot(wi, t), -1, 1))
     p_r = surface_probability(theta_i, np.cos(theta_i), params)
     w_c = cosine_share(params.gamma_v)
 
-    # Choose: cosine, surface, volume (isotropic or Cauchy); each choice gives back its number.
+    # Choose: cosine, surface, volume (isotropic or its lobe); each choice gives back its number.
     cosine, choice = _branch(choice, np.broadcast_to(w_c, choice.shape))
     surface, choice = _branch(choice, p_r)
     isotropic, choice = _branch(choice, np.broadcast_to(params.k_d, choice.shape))
@@ -137,8 +132,7 @@ def sample(wi: ArrayLike, n: ArrayLike, t: ArrayLike, params: Parameters, u: Arr
     far, u_phi = _branch(u_phi, np.where(surface & ~cosine, 0.0, params.tau))
 
     gamma = np.where(surface, params.gamma_s, params.gamma_v)
-    a, b = _cauchy_bounds(theta_i, gamma)
-    theta_o = 2 * gamma * np.tan(b + u_theta * (a - b)) - theta_i
+    theta_o = sample_inclination(u_theta, theta_i, gamma, is_gaussian=params.gaussian)
     sin_o = np.where(isotropic & ~surface, 2 * u_theta - 1, np.sin(theta_o))
     sin_o = np.clip(sin_o, -1, 1)
     cos_o = np.sqrt(1 - sin_o**2)
@@ -176,50 +170,26 @@ def cosine_share(gamma_v: float) -> float:
     return float(np.clip((np.degrees(gamma_v) - 12) / 12, 0, 1) / 3)
 
 
-def _in_fibre_frame(wi: ArrayLike, wo: ArrayLike, n: ArrayLike, t: ArrayLike) -> _Fibre:
-    wi, wo, n, t = (np.asarray(v, float) for v in (wi, wo, n, t))
-    n = np.where(_dot(n, wi)[..., None] < 0, -n, n)
-    b = np.cross(n, t)
-    sin_i, sin_o = np.clip(_dot(wi, t), -1, 1), np.clip(_dot(wo, t), -1, 1)
-    phi_i = np.arctan2(_dot(wi, b), _dot(wi, n))
-    phi_o = np.arctan2(_dot(wo, b), _dot(wo, n))
-    phi_d = np.remainder(phi_i - phi_o + np.pi, 2 * np.pi) - np.pi
-    return _Fibre(
-        np.arcsin(sin_i),
-        np.arcsin(sin_o),
-        np.sqrt(1 - sin_i**2),
-        np.sqrt(1 - sin_o**2),
-        phi_d,
-        _dot(wo, n),
-    )
-
-
-def _lobes(fibre: _Fibre, params: Parameters) -> tuple[Doubles, Doubles]:
-    theta_h = 0.5 * (fibre.theta_i + fibre.theta_o)
-    theta_d = 0.5 * (fibre.theta_i - fibre.theta_o)
+def _lobes(fibre: Fibre, params: Parameters) -> tuple[Doubles, Doubles]:
     m2 = np.maximum(np.maximum(fibre.cos_i, fibre.cos_o) ** 2, 1e-24)
     same = fibre.n_dot_o > 0
     half = np.cos(0.5 * fibre.phi_d)
-    fresnel = reflectance(np.cos(theta_d) * half, params.eta)
-    f_r = params.k_s * SURFACE_SCALE * fresnel * half * 0.5 * cauchy(params.gamma_s, theta_h) / m2
+    fresnel = reflectance(np.cos(fibre.theta_d) * half, params.eta)
+    narrow, wide = (
+        0.5 * profile(gamma, fibre.theta_h, is_gaussian=params.gaussian) / m2
+        for gamma in (params.gamma_s, params.gamma_v)
+    )
+    f_r = params.k_s * SURFACE_SCALE * fresnel * half * narrow
     enter = 1 - reflectance(fibre.cos_i, params.eta)
     leave = 1 - reflectance(fibre.cos_o, params.eta)
     cosines = np.maximum(fibre.cos_i + fibre.cos_o, 1e-12)
-    scatter = (1 - params.k_d) * 0.5 * cauchy(params.gamma_v, theta_h) / m2
-    scatter = scatter + params.k_d * 0.5 / cosines
+    scatter = (1 - params.k_d) * wide + params.k_d * 0.5 / cosines
     side = np.where(same, 1 - params.tau, params.tau)
     return np.where(same, f_r, 0), side * 0.5 * enter * leave * scatter
 
 
-def _cauchy_bounds(theta_i: Doubles, gamma: ArrayLike) -> tuple[Doubles, Doubles]:
-    two_gamma = 2 * np.asarray(gamma)
-    upper = np.arctan((theta_i + np.pi / 2) / two_gamma)
-    return upper, np.arctan((theta_i - np.pi / 2) / two_gamma)
-
-
-def _cauchy_density(theta_h: Doubles, theta_i: Doubles, gamma: float) -> Doubles:
-    upper, lower = _cauchy_bounds(theta_i, gamma)
-    return gamma / (2 * (upper - lower) * (theta_h**2 + gamma**2))
+def _density(fibre: Fibre, gamma: float, params: Parameters) -> Doubles:
+    return inclination_density(fibre.theta_i, fibre.theta_o, gamma, is_gaussian=params.gaussian)
 
 
 def _branch(u: Doubles, probability: ArrayLike) -> tuple[NDArray[np.bool_], Doubles]:
@@ -234,7 +204,3 @@ def _branch(u: Doubles, probability: ArrayLike) -> tuple[NDArray[np.bool_], Doub
 def _cosine_direction(u1: Doubles, u2: Doubles) -> Doubles:
     r, phi = np.sqrt(u1), 2 * np.pi * u2
     return np.stack([r * np.cos(phi), r * np.sin(phi), np.sqrt(np.maximum(1 - u1, 0))], -1)
-
-
-def _dot(a: Doubles, b: Doubles) -> Doubles:
-    return np.asarray(np.sum(a * b, -1))

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from weaveusd.shading.fresnel import reflectance
+from weaveusd.shading.longitudinal import profile
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
     Doubles = NDArray[np.float64]
 
@@ -24,46 +25,49 @@ GRAZING = math.pi / 2 - 1e-3
 """The steepest inclination at which albedos are compared."""
 
 
-def cauchy(gamma: ArrayLike, x: ArrayLike) -> Doubles:
-    """Return the Cauchy density γ / (π (x² + γ²)) of half width `gamma`."""
-    gamma, x = np.asarray(gamma, float), np.asarray(x, float)
-    return np.asarray(gamma / (np.pi * (x**2 + gamma**2)))
-
-
-def surface_albedo(theta_i: float, eta: float, k_s: float, gamma_s: float) -> float:
+def surface_albedo(
+    theta_i: float, eta: float, k_s: float, gamma_s: float, gaussian: bool = False
+) -> float:
     """Return E_R, the directional albedo of the surface lobe at φi = 0 (physics.md D)."""
     theta_o, w_theta = _inclinations(theta_i, gamma_s)
     phi_o, w_phi = _gauss(-np.pi / 2, np.pi / 2, 48)
     half = np.cos(phi_o / 2)
     cos_d = np.cos(0.5 * (theta_i - theta_o))[:, None] * half
     azimuth = np.sum(reflectance(cos_d, eta) * half * np.cos(phi_o) * w_phi, 1)
-    lobe = _longitudinal(theta_i, theta_o, gamma_s)
+    lobe = _longitudinal(theta_i, theta_o, gamma_s, gaussian)
     return float(k_s * SURFACE_SCALE * np.sum(azimuth * lobe * np.cos(theta_o) ** 2 * w_theta))
 
 
-def volume_albedo(theta_i: float, eta: float, k_d: float, gamma_v: float) -> float:
+def volume_albedo(
+    theta_i: float, eta: float, k_d: float, gamma_v: float, gaussian: bool = False
+) -> float:
     """Return E_V, the directional albedo of the volume lobe for A = 1 (physics.md D)."""
     theta_o, w_theta = _inclinations(theta_i, gamma_v)
     cos_i, cos_o = np.cos(theta_i), np.cos(theta_o)
     enter, leave = 1 - reflectance(cos_i, eta), 1 - reflectance(cos_o, eta)
-    scatter = (1 - k_d) * _longitudinal(theta_i, theta_o, gamma_v) + k_d * 0.5 / (cos_i + cos_o)
+    scatter = (1 - k_d) * _longitudinal(theta_i, theta_o, gamma_v, gaussian)
+    scatter = scatter + k_d * 0.5 / (cos_i + cos_o)
     return float(np.sum(0.5 * enter * leave * scatter * 2 * cos_o**2 * w_theta))
 
 
 @lru_cache(maxsize=1024)
-def normalization(eta: float, k_d: float, k_s: float, gamma_s: float, gamma_v: float) -> float:
+def normalization(
+    eta: float, k_d: float, k_s: float, gamma_s: float, gamma_v: float, gaussian: bool = False
+) -> float:
     """Return N_V = (1 − max E_R) / max E_V, the maxima over the inclination (physics.md D).
 
-    With it, reflection plus transmission never exceed 1 for A, k_s ≤ 1. Angles in radians.
+    With it, reflection plus transmission never exceed 1 for A, k_s ≤ 1. Angles in radians;
+    `gaussian` lobes have other tails, hence another factor.
     """
-    surface = _maximum(lambda theta: surface_albedo(theta, eta, k_s, gamma_s))
-    volume = _maximum(lambda theta: volume_albedo(theta, eta, k_d, gamma_v))
+    surface = _maximum(lambda theta: surface_albedo(theta, eta, k_s, gamma_s, gaussian))
+    volume = _maximum(lambda theta: volume_albedo(theta, eta, k_d, gamma_v, gaussian))
     return (1 - surface) / volume
 
 
-def _longitudinal(theta_i: float, theta_o: Doubles, gamma: float) -> Doubles:
+def _longitudinal(theta_i: float, theta_o: Doubles, gamma: float, gaussian: bool) -> Doubles:
     m = np.maximum(np.cos(theta_i), np.cos(theta_o))
-    return np.asarray(0.5 * cauchy(gamma, 0.5 * (theta_i + theta_o)) / m**2)
+    lobe = profile(gamma, 0.5 * (theta_i + theta_o), is_gaussian=gaussian)
+    return np.asarray(0.5 * lobe / m**2)
 
 
 def _maximum(albedo: Callable[[float], float]) -> float:
