@@ -24,7 +24,7 @@ FILE = Path(__file__).with_name("shading.json")
 GRAZING = math.pi / 2 - 1e-3
 QUARTER = math.pi / 2
 
-# eta, k_d, k_s, gamma_s and gamma_v in degrees
+# eta, k_d, k_s, gamma_s and gamma_v in degrees: the published optics, then those of the presets.
 OPTICS = {
     "linen": (1.46, 0.3, 1.0, 12, 24),
     "crepe flat": (1.345, 0.2, 1.0, 5, 10),
@@ -32,7 +32,15 @@ OPTICS = {
     "polyester flat": (1.539, 0.1, 1.0, 2.5, 5),
     "polyester twisted": (1.539, 0.7, 1.0, 30, 60),
     "shot warp": (1.345, 0.1, 1.0, 4, 8),
-    "velvet": (1.46, 0.1, 0.5, 6, 12),
+    "shot weft": (1.345, 0.1, 1.0, 5, 10),
+    "velvet": (1.46, 0.1, 1.0, 6, 12),
+    "a dull surface": (1.46, 0.1, 0.5, 6, 12),
+    "canvas": (1.55, 0.4, 1.0, 16, 32),
+    "cotton": (1.55, 0.4, 1.0, 15, 30),
+    "oxford": (1.55, 0.4, 1.0, 14, 28),
+    "poplin": (1.55, 0.4, 1.0, 13, 26),
+    "gabardine": (1.56, 0.4, 1.0, 13, 26),
+    "wool": (1.56, 0.4, 1.0, 14, 28),
 }
 
 
@@ -191,7 +199,7 @@ def values() -> dict[str, Any]:
         "cases": [
             case(rng, name, gaussian, tau, kinds[k % 3])
             for k, (name, gaussian) in enumerate(pairs)
-            for tau in (0.0, 0.0, 0.3)
+            for tau in (0.0, 0.3)
         ],
         "albedos": [albedos(name, gaussian) for name, gaussian in pairs],
     }

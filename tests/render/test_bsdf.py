@@ -27,51 +27,20 @@ def cloth(arrays: Any, inputs: Any, uv_scale: tuple[float, float] = (1.0, 1.0)) 
 
 
 def interaction(mi: Any, wi: Any, count: int = 1, uv: Any = (0.5, 0.5)) -> Any:
-    import drjit as dr
+    from weaveusd.render import probe
 
-    si = dr.zeros(mi.SurfaceInteraction3f, count)
-    si.wi = mi.Vector3f(*wi)
-    si.uv = mi.Point2f(*uv)
-    si.sh_frame = mi.Frame3f(mi.Vector3f(0, 0, 1))
-    si.sh_frame.s, si.sh_frame.t = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)
-    si.dp_du, si.dp_dv = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)
-    return si
-
-
-def chi_square(mi: Any, bsdf: Any, wi: Any, samples: int = 200_000) -> Any:
-    """Mitsuba's chi² test of a BSDF that is made once."""
-    import drjit as dr
-    from mitsuba.chi2 import ChiSquareTest, SphericalDomain
-
-    context = mi.BSDFContext()
-
-    def sample(point: Any) -> tuple[Any, Any]:
-        si = interaction(mi, wi, dr.width(point))
-        bs, weight = bsdf.sample(context, si, point[0], mi.Vector2f(point[1], point[2]))
-        return bs.wo, dr.select(dr.all(weight == 0), mi.Float(0), mi.Float(1))
-
-    def pdf(wo: Any) -> Any:
-        return bsdf.pdf(context, interaction(mi, wi, dr.width(wo)), wo)
-
-    return ChiSquareTest(
-        domain=SphericalDomain(),
-        sample_func=sample,
-        pdf_func=pdf,
-        sample_dim=3,
-        sample_count=samples,
-        res=101,
-        ires=16,
-    )
+    return probe.interaction(wi, count, uv)
 
 
 def assert_sampled_as_told(mi: Any, bsdf: Any, wi: Any, trials: int, whole: bool) -> None:
-    test = chi_square(mi, bsdf, wi)
-    accepted = test.run(significance_level=0.01, test_count=trials)
-    assert accepted, test.messages
-    total = float(np.array(test.pdf_sum)[0])
-    assert total <= 1.005
+    from weaveusd.render import probe
+
+    found = probe.chi_square(bsdf, wi)
+    assert not found.fault
+    assert found.p_value >= probe.least_p_value(trials)
+    assert found.density <= 1.005
     if whole:
-        assert total == pytest.approx(1, abs=0.01)
+        assert found.density == pytest.approx(1, abs=0.01)
 
 
 @pytest.mark.parametrize("preset", list(PRESETS))

@@ -1,0 +1,109 @@
+"""A cloth BSDF probed outside any scene: its values, and Mitsuba's chi² test of its sampler.
+
+Import this module after `weaveusd.render.variant.prepare`, as `weaveusd.render.bsdf`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from mitsuba.chi2 import ChiSquareTest, SphericalDomain
+
+from weaveusd.render.bsdf import cloth_bsdf_dict
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+RESOLUTION = 101
+"""Cells of the chi² test over the polar angle; there are twice as many around."""
+
+SUBDIVISION = 16
+"""Evaluations of the density along the side of a cell."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sampled:
+    """What the chi² test found: p-value, ∫ pdf over its cells, and why it could not be run."""
+
+    p_value: float
+    density: float
+    fault: str = ""
+
+
+def one_texel(
+    yarn_inputs: Mapping[str, Sequence[float]],
+    *,
+    normal: ArrayLike = (0, 0, 1),
+    tangent: ArrayLike = (0, 1, 0),
+    color: float = 1.0,
+) -> Any:
+    """Return the BSDF of a cloth that is yarn 0 everywhere, in one frame and of one gray."""
+    n = np.asarray(normal, np.float32).reshape(1, 1, 3)
+    t = np.asarray(tangent, np.float32).reshape(1, 1, 3)
+    arrays = {
+        "normal": n,
+        "tangent": t,
+        "base_color": np.full((1, 1, 3), color, np.float32),
+        "opacity": np.ones((1, 1, 1), np.float32),
+        "yarn_id": np.zeros((1, 1, 1), np.float32),
+    }
+    return mi.load_dict(cloth_bsdf_dict(arrays, yarn_inputs, (1.0, 1.0)), parallel=False)
+
+
+def interaction(wi: Any, count: int = 1, uv: Any = (0.5, 0.5)) -> Any:
+    """Return `count` interactions seen from `wi`, on a surface along X and Y under Z."""
+    si = dr.zeros(mi.SurfaceInteraction3f, count)
+    si.wi = mi.Vector3f(*wi)
+    si.uv = mi.Point2f(*uv)
+    si.sh_frame = mi.Frame3f(mi.Vector3f(0, 0, 1))
+    si.sh_frame.s, si.sh_frame.t = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)
+    si.dp_du, si.dp_dv = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)
+    return si
+
+
+def values(bsdf: Any, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float64]:
+    """Return value times cosine (N, 3) for pairs of unit vectors (N, 3) or (3,)."""
+    towards, away = np.broadcast_arrays(np.asarray(wi, np.float32), np.asarray(wo, np.float32))
+    si = interaction(towards.T, len(away))
+    found = bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(np.ascontiguousarray(away.T)))
+    return np.array(found, np.float64).T
+
+
+def chi_square(bsdf: Any, wi: Sequence[float], samples: int = 200_000) -> Sampled:
+    """Test whether `bsdf` samples as its density says, seen from `wi`; the seed is fixed.
+
+    A low p-value means that the samples are unlikely to follow the density. A sample without
+    weight counts as none, as in a render.
+    """
+    context = mi.BSDFContext()
+
+    def sample(point: Any) -> tuple[Any, Any]:
+        si = interaction(wi, dr.width(point))
+        drawn, weight = bsdf.sample(context, si, point[0], mi.Vector2f(point[1], point[2]))
+        return drawn.wo, dr.select(dr.all(weight == 0), mi.Float(0), mi.Float(1))
+
+    def pdf(wo: Any) -> Any:
+        return bsdf.pdf(context, interaction(wi, dr.width(wo)), wo)
+
+    test = ChiSquareTest(
+        domain=SphericalDomain(),
+        sample_func=sample,
+        pdf_func=pdf,
+        sample_dim=3,
+        sample_count=samples,
+        res=RESOLUTION,
+        ires=SUBDIVISION,
+    )
+    test.run(quiet=True)
+    density = float(np.array(test.pdf_sum)[0])
+    return Sampled(float(test.p_value), density, test.messages if test.fail else "")
+
+
+def least_p_value(trials: int, significance: float = 0.01) -> float:
+    """Return the p-value that the least of `trials` stays above but for `significance` (Šidák)."""
+    return float(-np.expm1(np.log1p(-significance) / trials))
