@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from mitsuba.chi2 import ChiSquareTest, SphericalDomain
+from mitsuba.chi2 import ChiSquareTest
 
 from weaveusd.render.bsdf import cloth_bsdf_dict
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-RESOLUTION = 101
-"""Cells of the chi² test over the polar angle; there are twice as many around."""
+RESOLUTION = 100
+"""Cells of the chi² test along θ; there are twice as many around. Borders lie where sides meet."""
 
 SUBDIVISION = 16
 """Evaluations of the density along the side of a cell."""
@@ -74,13 +74,23 @@ def values(bsdf: Any, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float64]:
     return np.array(found, np.float64).T
 
 
-def chi_square(bsdf: Any, wi: Sequence[float], samples: int = 200_000) -> Sampled:
+def chi_square(
+    bsdf: Any,
+    wi: Sequence[float],
+    *,
+    normal: ArrayLike = (0, 0, 1),
+    tangent: ArrayLike = (0, 1, 0),
+    samples: int = 200_000,
+) -> Sampled:
     """Test whether `bsdf` samples as its density says, seen from `wi`; the seed is fixed.
 
-    A low p-value means that the samples are unlikely to follow the density. A sample without
-    weight counts as none, as in a render.
+    The cells lie along θ and φ of the yarn, whose frame is given, since there the density is
+    smooth: per solid angle it has a pole at either end of the fibre. A low p-value means that the
+    samples are unlikely to follow the density. A sample without weight counts as none, as in a
+    render.
     """
     context = mi.BSDFContext()
+    domain = FibreDomain(normal, tangent)
 
     def sample(point: Any) -> tuple[Any, Any]:
         si = interaction(wi, dr.width(point))
@@ -88,10 +98,11 @@ def chi_square(bsdf: Any, wi: Sequence[float], samples: int = 200_000) -> Sample
         return drawn.wo, dr.select(dr.all(weight == 0), mi.Float(0), mi.Float(1))
 
     def pdf(wo: Any) -> Any:
-        return bsdf.pdf(context, interaction(wi, dr.width(wo)), wo)
+        density = bsdf.pdf(context, interaction(wi, dr.width(wo)), wo)
+        return density * domain.solid_angle(wo)
 
     test = ChiSquareTest(
-        domain=SphericalDomain(),
+        domain=domain,
         sample_func=sample,
         pdf_func=pdf,
         sample_dim=3,
@@ -102,6 +113,39 @@ def chi_square(bsdf: Any, wi: Sequence[float], samples: int = 200_000) -> Sample
     test.run(quiet=True)
     density = float(np.array(test.pdf_sum)[0])
     return Sampled(float(test.p_value), density, test.messages if test.fail else "")
+
+
+class FibreDomain:
+    """Directions by azimuth φ and inclination θ around a fibre, as Mitsuba's chi² test asks."""
+
+    def __init__(self, normal: ArrayLike, tangent: ArrayLike) -> None:
+        n, t = np.asarray(normal, float), np.asarray(tangent, float)
+        self.frame = mi.Frame3f(*(mi.Vector3f(*v.tolist()) for v in (n, np.cross(t, n), t)))
+
+    def bounds(self) -> Any:
+        """Return the rectangle of φ and θ."""
+        half = np.pi / 2
+        return mi.ScalarBoundingBox2f([-2 * half, -half], [2 * half, half])
+
+    def aspect(self) -> float:
+        """Return the height of the rectangle over its width."""
+        return 0.5
+
+    def map_forward(self, p: Any) -> Any:
+        """Return the direction at (φ, θ)."""
+        (sin_phi, cos_phi), (sin_theta, cos_theta) = dr.sincos(p.x), dr.sincos(p.y)
+        local = mi.Vector3f(cos_theta * cos_phi, cos_theta * sin_phi, sin_theta)
+        return self.frame.to_world(local)
+
+    def map_backward(self, direction: Any) -> Any:
+        """Return (φ, θ) of a direction."""
+        local = self.frame.to_local(direction)
+        return mi.Vector2f(dr.atan2(local.y, local.x), dr.asin(dr.clip(local.z, -1, 1)))
+
+    def solid_angle(self, direction: Any) -> Any:
+        """Return dω / dφ dθ = cos θ."""
+        local = self.frame.to_local(direction)
+        return dr.hypot(local.x, local.y)
 
 
 def least_p_value(trials: int, significance: float = 0.01) -> float:

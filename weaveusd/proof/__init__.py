@@ -1,0 +1,1 @@
+"""Proof of the cloth BSDF: what it must keep to, checked and drawn, for every preset."""
