@@ -79,6 +79,12 @@ def read_surface(
     return Surface(placed, counts, indices, triangles, normals, mirrors(world))
 
 
+def surface_area(surface: Surface) -> float:
+    """Return the area of all triangles, in the space of the picture."""
+    a, b, c = np.moveaxis(surface.points[surface.indices[surface.triangles.corners]], 1, 0)
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+
+
 def parts(prim: Usd.Prim, surface: Surface, time: Usd.TimeCode, losses: Losses) -> Iterator[Part]:
     """Yield the faces of each GeomSubset that binds a material, then those of none."""
     free = np.ones(surface.counts.size, bool)

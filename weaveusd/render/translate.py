@@ -80,9 +80,8 @@ class _Walk:
         self.placing = Placing(scale, self.time)
         self.entries: list[Any] = []
         self.bsdfs: dict[tuple[int, bool], tuple[materials.Look, Any]] = {}
-        self.environment: str | None = None
+        self.lights = lights.Lights(stage, self.losses)
         self.pierced = False  # some surface lets light pass straight
-        self.distant = False  # some light has no size, so only shadow rays find it
 
     def scene(self, size: tuple[int, int], camera: str | None) -> Translation:
         """Return the scene of everything that is visible."""
@@ -92,7 +91,8 @@ class _Walk:
             self.losses.dropped(where, " ".join(str(error).split())[:300])
         if self.stage.GetStartTimeCode() < self.stage.GetEndTimeCode():
             self.losses.approximated("/", "animation is shown at its first moment")
-        shines = self._gather()
+        shines = self._gather() or self.lights.found
+        self.entries += self.lights.entries()
         if not shines:
             self.losses.approximated("/", "stage has no light: a white dome lights it")
             self.entries.append(lights.DEFAULT_DOME)
@@ -136,8 +136,8 @@ class _Walk:
         for prim in walk:
             if prim.IsPseudoRoot() or not _is_drawn(prim, self.time):
                 continue
-            if lights.is_light(prim):
-                shines |= self._add_light(prim)
+            if lights.is_light(prim) and not prim.IsA(UsdGeom.Gprim):
+                self.lights.add(prim, self.placing)
             elif prim.IsA(UsdGeom.PointInstancer):
                 self.losses.dropped(prim, "PointInstancer with all its copies")
                 walk.PruneChildren()
@@ -146,19 +146,6 @@ class _Walk:
             elif _is_unknown(prim):
                 self.losses.dropped(prim, f"type {prim.GetTypeName()} is unknown")
         return shines
-
-    def _add_light(self, prim: Usd.Prim) -> bool:
-        entry = lights.translate_light(prim, self.placing, self.losses)
-        if entry is None:
-            return False
-        if entry["type"] in ("constant", "envmap"):
-            if self.environment is not None:
-                self.losses.dropped(prim, f"second dome: {self.environment} is the only one shown")
-                return True
-            self.environment = str(prim.GetPath())
-        self.distant |= entry["type"] == "directional"
-        self.entries.append(entry)
-        return True
 
     def _add_shape(self, prim: Usd.Prim) -> bool:
         """Collect a surface; return whether its material shines."""
@@ -186,6 +173,9 @@ class _Walk:
         if look is None:
             color = meshes.corner_primvar(prim, "displayColor", 3, surface, self.time, self.losses)
             look = materials.VERTEX_COLORED if color is not None else materials.PLAIN
+        light = self.lights.of(prim, self.time)
+        if light:
+            look = self.lights.shine(light, look, meshes.surface_area(surface), self.placing)
         if look.uv is not None:
             uv = meshes.corner_primvar(prim, look.uv, 2, surface, self.time, self.losses)
             if uv is None:
@@ -204,6 +194,10 @@ class _Walk:
             colors = UsdGeom.Gprim(prim).GetDisplayColorAttr().Get(self.time)
             color = {"type": "rgb", "value": [float(v) for v in colors[0]]} if colors else None
             look = materials.default_look(color) if color else materials.PLAIN
+        light = self.lights.of(prim, self.time)
+        if light:
+            extent = float(mi.load_dict(entry).surface_area()[0])
+            look = self.lights.shine(light, look, extent, self.placing)
         if look.uv is not None:
             self.losses.approximated(
                 prim, f"{prim.GetTypeName()} has no texture coordinates {look.uv} in USD"
@@ -228,7 +222,7 @@ class _Walk:
 
     def _integrator(self) -> str:
         """Return the integrator: the plain one stops shadow rays at gaps, the other does not."""
-        return "volpath" if self.pierced and self.distant else "path"
+        return "volpath" if self.pierced and self.lights.unseen else "path"
 
     def _extent(self) -> float:
         if self.bounds is None:

@@ -1,0 +1,140 @@
+"""UsdLux lights as Mitsuba emitters.
+
+`Lights` gathers those of a stage; each family has its module. Import after
+`weaveusd.render.variant.prepare`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from pxr import Usd, UsdGeom, UsdLux
+
+from weaveusd.render.lights import area, shining
+from weaveusd.render.lights.distant import distant
+from weaveusd.render.lights.domes import Dome, environment, read_dome
+from weaveusd.render.lights.emitters import UNSEEN
+from weaveusd.render.lights.inputs import Inputs, Refused, emission
+from weaveusd.render.lights.unsupported import note_unsupported
+from weaveusd.render.materials import Look
+from weaveusd.render.model import Losses
+from weaveusd.render.xforms import Placing, singular
+
+__all__ = ["DEFAULT_DOME", "Lights", "is_light"]
+
+DEFAULT_DOME: dict[str, Any] = {
+    "type": "constant",
+    "radiance": {"type": "rgb", "value": [1.0, 1.0, 1.0]},
+}
+"""Lights a stage that has no light of its own."""
+
+_PLACED: dict[str, Callable[[Inputs, Placing], Any]] = {
+    "RectLight": area.rect,
+    "DiskLight": area.disk,
+    "SphereLight": area.sphere,
+    "CylinderLight": area.cylinder,
+    "DistantLight": distant,
+}
+_DOMES = ("DomeLight", "DomeLight_1")
+
+
+def is_light(prim: Usd.Prim) -> bool:
+    """Return whether the prim is a light of any kind, shapes that shine among them."""
+    return bool(prim.HasAPI(UsdLux.LightAPI))
+
+
+@dataclass(slots=True)
+class Lights:
+    """Gathers the lights of a stage.
+
+    `found` says whether the stage has a light that is understood, be it turned off; `unseen`
+    whether one is without size, so that only shadow rays find it.
+    """
+
+    stage: Usd.Stage
+    losses: Losses
+    found: bool = False
+    unseen: bool = False
+    _entries: list[Any] = field(default_factory=list)
+    _domes: list[Dome] = field(default_factory=list)
+    _geometry: dict[str, Usd.Prim] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._geometry = shining.geometry_lights(self.stage, self.losses)
+
+    def add(self, prim: Usd.Prim, placing: Placing) -> None:
+        """Take in a light that is no shape of the stage; what cannot be shown becomes a loss.
+
+        `placing` says where it is, and at which time: the same light may be added at several
+        places.
+        """
+        kind = prim.GetTypeName()
+        if kind == "GeometryLight":
+            return  # its shape shines where it is met
+        if kind == "PortalLight":
+            self.losses.approximated(prim, "portal guides no samples")
+            return
+        inputs = Inputs(prim, placing.time, self.losses)
+        try:
+            if singular(placing.world(prim)):
+                raise Refused("light is flattened by its transform")
+            if kind in _DOMES:
+                self._domes.append(read_dome(inputs, placing))
+            elif kind in _PLACED:
+                self._place(_PLACED[kind], inputs, placing)
+            else:
+                raise Refused(_stranger(prim))
+        except Refused as reason:
+            self.losses.dropped(prim, str(reason))
+            return
+        self.found = True
+        note_unsupported(inputs)
+
+    def of(self, shape: Usd.Prim, time: Usd.TimeCode) -> Usd.Prim | None:
+        """Return the light that makes a shape of the stage shine: itself, or a GeometryLight."""
+        if is_light(shape):
+            return shape
+        light = self._geometry.get(str(shape.GetPath()))
+        if light and UsdGeom.Imageable(light).ComputeVisibility(time) != UsdGeom.Tokens.invisible:
+            return light
+        return None
+
+    def shine(self, light: Usd.Prim, look: Look, surface_area: float, placing: Placing) -> Look:
+        """Return the look of a shape under `light`, the one that `of` gave for it.
+
+        `surface_area` is that of the whole shape in the units of the picture.
+        """
+        inputs = Inputs(light, placing.time, self.losses)
+        try:
+            made = shining.shining_look(inputs, placing, surface_area / placing.scale**2, look)
+        except Refused as reason:
+            self.losses.dropped(light, str(reason))
+            return look
+        self.found = True
+        note_unsupported(inputs)
+        return made
+
+    def entries(self) -> list[Any]:
+        """Return what to put into a scene for all lights taken in, the environment last."""
+        sky = environment(self._domes)
+        return [*self._entries, sky] if sky is not None else list(self._entries)
+
+    def _place(
+        self, make: Callable[[Inputs, Placing], Any], inputs: Inputs, placing: Placing
+    ) -> None:
+        if not emission(inputs).any():
+            return  # turned off: it neither shines nor stands in the way
+        made = make(inputs, placing)
+        self.unseen |= isinstance(made, dict) and made["type"] in UNSEEN
+        self._entries.append(made)
+
+
+def _stranger(prim: Usd.Prim) -> str:
+    """Return why a light of an unknown kind is left out."""
+    kind = prim.GetTypeName() or "untyped light"
+    if kind == "PluginLight":
+        node = prim.GetAttribute("info:id").Get() or "without a name"
+        return f"PluginLight {node} is another renderer's"
+    return f"{kind} is not supported"

@@ -1,0 +1,185 @@
+"""Lights with a surface: rect, disk, sphere and cylinder.
+
+Radiance is L of `emission`, divided with `normalize` by the area in the units of the stage. What
+Mitsuba's own shapes cannot take, a stretched sphere or a squeezed tube, becomes a mesh.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import mitsuba as mi
+import numpy as np
+
+from weaveusd.render.lights import solids
+from weaveusd.render.lights.emitters import glow, spot
+from weaveusd.render.lights.inputs import Inputs, Refused, emission
+from weaveusd.render.lights.pictures import read_picture
+from weaveusd.render.lights.shaping import read_shaping
+from weaveusd.render.xforms import (
+    Placing,
+    rotation,
+    scaling,
+    singular,
+    to_mitsuba,
+    uniform_scale,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Doubles = NDArray[np.float64]
+    Entry = dict[str, Any]
+
+BLACK: dict[str, Any] = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0] * 3}}
+"""What a light's own surface reflects."""
+
+_LINE = 1e-3
+"""Radius over length of a line light, which has none of its own."""
+
+
+def rect(inputs: Inputs, placing: Placing) -> Entry:
+    """Return a rectangle that shines along -Z; its texture's top left lies on (+X, +Y)."""
+    width, height = inputs.extent("width", 1.0), inputs.extent("height", 1.0)
+    turn = rotation("Y", 180) @ scaling(width / 2, height / 2, 1)
+    axes = (placing.unscaled(inputs.prim) @ turn)[:3, :3]
+    area = 4 * float(np.linalg.norm(np.cross(axes[:, 0], axes[:, 1])))
+    return _flat("rectangle", inputs, placing, turn, area, _picture(inputs))
+
+
+def disk(inputs: Inputs, placing: Placing) -> Entry:
+    """Return a disk that shines along -Z; scaled unevenly it is an ellipse."""
+    radius = inputs.extent("radius", 0.5)
+    turn = rotation("Y", 180) @ scaling(radius, radius, 1)
+    axes = (placing.unscaled(inputs.prim) @ turn)[:3, :3]
+    area = math.pi * float(np.linalg.norm(np.cross(axes[:, 0], axes[:, 1])))
+    return _flat("disk", inputs, placing, turn, area)
+
+
+def sphere(inputs: Inputs, placing: Placing) -> Entry | Any:
+    """Return a sphere, an ellipsoid where it is stretched, or a point where it asks for one.
+
+    A point has the intensity π r² L along every direction, which a sphere has from afar.
+    """
+    radius, world = inputs.extent("radius", 0.5), placing.unscaled(inputs.prim)
+    as_point = bool(inputs.prim.GetAttribute("treatAsPoint").Get(inputs.time))
+    if radius == 0 and not as_point:
+        inputs.losses.approximated(inputs.prim, "sphere light of radius 0 is shown as a point")
+    if radius == 0 or as_point:
+        return _point(inputs, placing, radius)
+    matrix = world @ scaling(radius, radius, radius)
+    area = solids.ellipsoid_area(matrix[:3, :3])
+    scale = uniform_scale(world)
+    if scale is None:
+        made = solids.ellipsoid(placing.world(inputs.prim) @ scaling(radius, radius, radius))
+        return _mesh(inputs, placing, made, area)
+    place = np.eye(4)
+    place[:3, 3] = placing.world(inputs.prim)[:3, 3]
+    across = radius * scale * placing.scale
+    return _shape("sphere", inputs, placing, place @ scaling(across, across, across), area)
+
+
+def cylinder(inputs: Inputs, placing: Placing) -> Entry | Any:
+    """Return an open tube along X that shines outward; one of radius 0 is given a thin one."""
+    radius, length = inputs.extent("radius", 0.5), inputs.extent("length", 1.0)
+    if radius == 0:
+        inputs.losses.approximated(
+            inputs.prim, f"cylinder light of radius 0 is shown {_LINE:g} of its length thick"
+        )
+        radius = length * _LINE
+    # Mitsuba's tube and ours run along z, from 0 to 1.
+    turn = rotation("Y", 90) @ scaling(radius, radius, length)
+    turn[0, 3] = -length / 2
+    matrix = placing.unscaled(inputs.prim) @ turn
+    area = solids.tube_area(matrix[:3, :3])
+    if uniform_scale(placing.unscaled(inputs.prim)) is None:
+        return _mesh(inputs, placing, solids.tube(placing.world(inputs.prim) @ turn), area)
+    return _shape("cylinder", inputs, placing, placing.world(inputs.prim) @ turn, area)
+
+
+def emitter(inputs: Inputs, placing: Placing, area: float, picture: Entry | None = None) -> Entry:
+    """Return what makes a shape of this area, in units of the stage, shine as the light says.
+
+    Raises
+    ------
+    Refused
+        When the light has no extent, or one of its numbers is none.
+    """
+    brightness = radiance(inputs, area)
+    shaping = read_shaping(inputs, placing.world(inputs.prim))
+    if picture is None and shaping.neutral:
+        return {"type": "area", "radiance": _rgb(brightness)}
+    return glow(picture or _rgb(np.ones(3)), brightness, shaping)
+
+
+def radiance(inputs: Inputs, area: float) -> Doubles:
+    """Return the radiance of a surface light of this area, in units of the stage, or refuse it."""
+    if not 0 < area < math.inf:
+        raise Refused("light has no extent")
+    value = emission(inputs)
+    return value / area if inputs.flag("normalize") else value
+
+
+def _flat(
+    kind: str, inputs: Inputs, placing: Placing, turn: Doubles, area: float,
+    picture: Entry | None = None,
+) -> Entry:  # fmt: skip
+    matrix = placing.world(inputs.prim) @ turn
+    return _shape(kind, inputs, placing, matrix, area, picture)
+
+
+def _shape(
+    kind: str, inputs: Inputs, placing: Placing, matrix: Doubles, area: float,
+    picture: Entry | None = None,
+) -> Entry:  # fmt: skip
+    """Return a black shape that shines."""
+    if singular(matrix):
+        raise Refused("light has no extent")
+    shining = emitter(inputs, placing, area, picture)
+    return {"type": kind, "to_world": to_mitsuba(matrix), "bsdf": BLACK, "emitter": shining}
+
+
+def _mesh(inputs: Inputs, placing: Placing, made: solids.Solid, area: float) -> Any:
+    """Return a black mesh that shines outward."""
+    properties = mi.Properties()
+    properties["mesh_bsdf"] = mi.load_dict(BLACK, parallel=False)
+    properties["mesh_emitter"] = mi.load_dict(emitter(inputs, placing, area), parallel=False)
+    return solids.to_mesh(str(inputs.prim.GetPath()), made, properties)
+
+
+def _point(inputs: Inputs, placing: Placing, radius: float) -> Entry:
+    world = placing.unscaled(inputs.prim)
+    scale = uniform_scale(world) or abs(float(np.linalg.det(world[:3, :3]))) ** (1 / 3)
+    size = radius * scale
+    value = emission(inputs)
+    # With normalize, π r² of L / (4 π r²).
+    intensity = value * (0.25 if inputs.flag("normalize") else math.pi * size * size)
+    if not intensity.any() and value.any():
+        raise Refused("light has no extent")
+    intensity = intensity * placing.scale**2
+    position = placing.world(inputs.prim)[:3, 3]
+    shaping = read_shaping(inputs, placing.world(inputs.prim))
+    if shaping.neutral:
+        return {"type": "point", "position": position.tolist(), "intensity": _rgb(intensity)}
+    return spot(position, intensity, shaping)
+
+
+def _picture(inputs: Inputs) -> Entry | None:
+    """Return the texture of a rect light, None without one that can be read."""
+    pixels = read_picture(inputs)
+    if pixels is None:
+        return None
+    return {
+        "type": "bitmap",
+        "bitmap": mi.Bitmap(pixels),
+        "raw": True,
+        "format": "variant",
+        "wrap_mode": "clamp",
+        # The rectangle's v grows with +Y, the picture's rows downwards.
+        "to_uv": mi.ScalarTransform3f([[1, 0, 0], [0, -1, 1], [0, 0, 1]]),
+    }
+
+
+def _rgb(values: Doubles) -> Entry:
+    return {"type": "rgb", "value": [float(v) for v in values]}

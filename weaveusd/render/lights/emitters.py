@@ -1,0 +1,274 @@
+"""Emitters that Mitsuba lacks: `weaveusd_glow`, `weaveusd_spot` and `weaveusd_sun`.
+
+A glow is a surface whose radiance depends on the direction, as ShapingAPI says; a spot the same
+without a surface; a sun shines from a cone of directions and is at the same place for the whole
+scene. Call `register` before a scene with one of them is loaded.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from weaveusd.render.lights.shaping import Shaping
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Doubles = NDArray[np.float64]
+
+GLOW, SPOT, SUN = "weaveusd_glow", "weaveusd_spot", "weaveusd_sun"
+
+UNSEEN = ("directional", "point", SPOT, SUN)
+"""Emitters of a single direction or point: only shadow rays find them."""
+
+_FAR = 1e6
+"""Distance of a sun, in units of the picture, whose scene spans some thousand."""
+
+
+def glow(radiance: dict[str, Any], tint: Doubles, shaping: Shaping | None = None) -> dict[str, Any]:
+    """Return an emitter for a shape: a texture's radiance times `tint`, shaped."""
+    register()
+    return {"type": GLOW, "radiance": radiance} | _factors(tint, shaping)
+
+
+def spot(position: Doubles, intensity: Doubles, shaping: Shaping) -> dict[str, Any]:
+    """Return a shaped emitter without extent; `intensity` per steradian along its axis."""
+    register()
+    at = mi.ScalarVector3f(*position.tolist())
+    return {"type": SPOT, "position": at} | _factors(intensity, shaping)
+
+
+def sun(toward: Doubles, radiance: Doubles, half_angle_rad: float) -> dict[str, Any]:
+    """Return an emitter of one radiance within `half_angle_rad` of the direction `toward`."""
+    register()
+    return {
+        "type": SUN,
+        "toward": mi.ScalarVector3f(*toward.tolist()),
+        "radiance": mi.ScalarVector3f(*radiance.tolist()),
+        # 1 - cos of the half angle, without its cancellation.
+        "height": 2 * math.sin(half_angle_rad / 2) ** 2,
+    }
+
+
+def register() -> None:
+    """Make the emitters known to the active variant."""
+    _register(mi.variant())
+
+
+def _factors(tint: Doubles, shaping: Shaping | None) -> dict[str, Any]:
+    made: dict[str, Any] = {"tint": mi.ScalarVector3f(*tint.tolist())}
+    if shaping is None or shaping.neutral:
+        return made
+    made |= {f"axis_{k}": mi.ScalarVector3f(*axis.tolist()) for k, axis in enumerate(shaping.axes)}
+    if shaping.cone is not None:
+        cutoff, softness = shaping.cone
+        made |= {"cone": cutoff, "cone_start": cutoff * (1 - softness)}
+    if shaping.focus is not None:
+        exponent, off_axis = shaping.focus
+        made |= {"focus": exponent, "focus_tint": mi.ScalarVector3f(*off_axis.tolist())}
+    if shaping.profile is not None:
+        made["profile"] = mi.TensorXf(np.ascontiguousarray(shaping.profile[..., None]))
+    return made
+
+
+class Factor:
+    """What the emission of a light is multiplied by, from its direction in the picture."""
+
+    def __init__(self, props: Any) -> None:
+        self.tint = mi.Color3f(*props["tint"])
+        dr.make_opaque(self.tint)
+        self.parts: list[Callable[[Any, Any], Any]] = []
+        if not props.has_property("axis_0"):
+            return
+        self.axes = [mi.Vector3f(*props[f"axis_{k}"]) for k in range(3)]
+        dr.make_opaque(self.axes)
+        if props.has_property("cone"):
+            self.cone = [mi.Float(props[name]) for name in ("cone_start", "cone")]
+            self.parts.append(self._within_cone)
+        if props.has_property("focus"):
+            self.exponent = mi.Float(props["focus"])
+            self.off_axis = mi.Color3f(*props["focus_tint"])
+            self.parts.append(self._focused)
+        if props.has_property("profile"):
+            self.profile = mi.Texture2f(props["profile"], wrap_mode=dr.WrapMode.Clamp)
+            self.parts.append(self._measured)
+        dr.make_opaque([getattr(self, n, 0) for n in ("cone", "exponent", "off_axis")])
+
+    def of(self, direction: Any, active: Any) -> Any:
+        """Return the factor for light that leaves along the unit vector `direction`."""
+        factor = self.tint
+        for part in self.parts:
+            factor = factor * part(direction, active)
+        return factor
+
+    def _off_axis(self, direction: Any) -> Any:
+        return dr.safe_acos(dr.dot(direction, self.axes[2]))
+
+    def _within_cone(self, direction: Any, active: Any) -> Any:
+        start, end = self.cone
+        theta = self._off_axis(direction)
+        t = dr.clip((theta - start) / dr.maximum(end - start, 1e-12), 0, 1)
+        return dr.select(theta <= end, dr.select(end > start, 1 - t * t * (3 - 2 * t), 1), 0)
+
+    def _focused(self, direction: Any, active: Any) -> Any:
+        along = dr.power(dr.maximum(dr.abs(dr.dot(direction, self.axes[2])), 1e-12), self.exponent)
+        return dr.lerp(self.off_axis, mi.Color3f(1), along)
+
+    def _measured(self, direction: Any, active: Any) -> Any:
+        x, y = (dr.dot(direction, axis) for axis in self.axes[:2])
+        # Horizontal 0° is -x and grows towards -y: see `ies`.
+        about = dr.atan2(-y, -x)
+        about = dr.select(about < 0, about + dr.two_pi, about)
+        rows, columns, _ = self.profile.tensor().shape
+        across = about * ((columns - 1) / dr.two_pi)
+        down = self._off_axis(direction) * ((rows - 1) / dr.pi)
+        return self.profile.eval(mi.Point2f((across + 0.5) / columns, (down + 0.5) / rows), active)[
+            0
+        ]
+
+
+@cache
+def _register(variant: str) -> None:
+    for name, make in ((GLOW, _glow_class), (SPOT, _spot_class), (SUN, _sun_class)):
+        mi.register_emitter(name, make(variant))
+
+
+def _pointer(emitter: Any) -> Any:
+    return mi.EmitterPtr(emitter) if dr.is_jit_v(mi.Float) else emitter
+
+
+def _toward(it: Any, point: Any, distance: Any, direction: Any, emitter: Any) -> Any:
+    """Return the sample of an emitter that nothing but a shadow ray can find."""
+    ds = mi.DirectionSample3f()
+    ds.p, ds.n, ds.uv = point, -direction, mi.Point2f(0)
+    ds.time, ds.pdf, ds.delta = it.time, mi.Float(1), mi.Bool(True)
+    ds.emitter, ds.d, ds.dist = _pointer(emitter), direction, distance
+    return ds
+
+
+def _glow_class(variant: str) -> type:
+    class Glow(mi.Emitter):  # type: ignore[misc]
+        """A shape whose radiance follows `Factor`."""
+
+        def __init__(self, props: Any) -> None:
+            mi.Emitter.__init__(self, props)
+            self.radiance = props.get_unbounded_texture("radiance")
+            self.factor = Factor(props)
+            self.m_flags = mi.EmitterFlags.Surface | mi.EmitterFlags.SpatiallyVarying
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            front = active & (mi.Frame3f.cos_theta(si.wi) > 0)
+            factor = self.factor.of(si.to_world(si.wi), front)
+            return dr.select(front, self.radiance.eval(si, front) * factor, 0)
+
+        def sample_direction(self, it: Any, sample: Any, active: Any = True) -> tuple[Any, Any]:
+            ds = self.get_shape().sample_direction(it, sample, active)
+            ds.emitter = _pointer(self)
+            found = active & (ds.pdf > 0)
+            return ds, self._arriving(it, ds, found) / dr.select(found, ds.pdf, 1)
+
+        def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            front = active & (dr.dot(ds.d, ds.n) < 0)
+            return dr.select(front, self.get_shape().pdf_direction(it, ds, front), 0)
+
+        def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            return self._arriving(it, ds, active)
+
+        def _arriving(self, it: Any, ds: Any, active: Any) -> Any:
+            """Return the radiance that comes from the point and along the line of a sample."""
+            front = active & (dr.dot(ds.d, ds.n) < 0)
+            si = mi.SurfaceInteraction3f(ds, it.wavelengths)
+            factor = self.factor.of(-ds.d, front)
+            return dr.select(front, self.radiance.eval(si, front) * factor, 0)
+
+        def bbox(self) -> Any:
+            return self.get_shape().bbox()
+
+        def to_string(self) -> str:
+            return f"Glow[{len(self.factor.parts)} kinds of shaping, {variant}]"
+
+    return Glow
+
+
+def _spot_class(variant: str) -> type:
+    class Spot(mi.Emitter):  # type: ignore[misc]
+        """A point whose intensity follows `Factor`."""
+
+        def __init__(self, props: Any) -> None:
+            mi.Emitter.__init__(self, props)
+            self.position = mi.Point3f(*props["position"])
+            dr.make_opaque(self.position)
+            self.factor = Factor(props)
+            self.m_flags = mi.EmitterFlags.DeltaPosition
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            return mi.Color3f(0)
+
+        def sample_direction(self, it: Any, sample: Any, active: Any = True) -> tuple[Any, Any]:
+            away = self.position - it.p
+            squared = dr.squared_norm(away)
+            distance = dr.sqrt(squared)
+            direction = away / distance
+            ds = _toward(it, self.position, distance, direction, self)
+            value = self.factor.of(-direction, active) / squared
+            return ds, dr.select(active & (squared > 0), value, 0)
+
+        def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            return mi.Float(0)
+
+        def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            return mi.Color3f(0)
+
+        def bbox(self) -> Any:
+            return mi.ScalarBoundingBox3f()
+
+        def to_string(self) -> str:
+            return f"Spot[{len(self.factor.parts)} kinds of shaping, {variant}]"
+
+    return Spot
+
+
+def _sun_class(variant: str) -> type:
+    class Sun(mi.Emitter):  # type: ignore[misc]
+        """One radiance from every direction of a cone."""
+
+        def __init__(self, props: Any) -> None:
+            mi.Emitter.__init__(self, props)
+            self.frame = mi.Frame3f(mi.Vector3f(*props["toward"]))
+            self.radiance = mi.Color3f(*props["radiance"])
+            self.height = mi.Float(props["height"])
+            dr.make_opaque(self.frame, self.radiance, self.height)
+            self.m_flags = mi.EmitterFlags.Infinite | mi.EmitterFlags.DeltaDirection
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            return mi.Color3f(0)
+
+        def sample_direction(self, it: Any, sample: Any, active: Any = True) -> tuple[Any, Any]:
+            # Uniform in solid angle, 2π (1 - cos θ) in all; exact for the smallest sun.
+            below = self.height * sample.x
+            across = dr.safe_sqrt(below * (2 - below))
+            sine, cosine = dr.sincos(dr.two_pi * sample.y)
+            direction = self.frame.to_world(mi.Vector3f(across * cosine, across * sine, 1 - below))
+            ds = _toward(it, it.p + direction * _FAR, mi.Float(_FAR), direction, self)
+            return ds, dr.select(active, self.radiance * (dr.two_pi * self.height), 0)
+
+        def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            return mi.Float(0)
+
+        def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            return mi.Color3f(0)
+
+        def bbox(self) -> Any:
+            return mi.ScalarBoundingBox3f()
+
+        def to_string(self) -> str:
+            return f"Sun[{variant}]"
+
+    return Sun
