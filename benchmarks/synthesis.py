@@ -26,7 +26,8 @@ from weaveusd.cloth.weave import weave
 from weaveusd.draft.make import make_draft
 from weaveusd.draft.model import Draft
 from weaveusd.draft.transform import repeat
-from weaveusd.synth.kernel import fill_rows, workspace
+from weaveusd.synth.kernel import fill_rows
+from weaveusd.synth.piece import workspace
 from weaveusd.synth.plan import lay_along, lay_cells, lay_threads
 from weaveusd.synth.rows import share_out, thread_count
 from weaveusd.synth.textures import texture_size
@@ -81,13 +82,13 @@ def filler(cloth: Weave, resolution: int, jobs: int) -> tuple[Callable[[], Any],
 
     def fill(first: int, last: int) -> None:
         if first not in spaces:
-            arrays = [np.zeros((band, width, n), np.float32) for n in COMPONENTS.values()]
+            arrays = [np.zeros((band, width * n), np.float32) for n in COMPONENTS.values()]
             spaces[first] = arrays, workspace()
         arrays, scratch = spaces[first]
         for start in range(first, last, band):
             part = [a[: min(band, last - start)] for a in arrays]
             fill_rows(
-                start, columns, rows, warp, weft, *along, *cloth.repeat_mm, tones, *part, *scratch
+                start, columns, rows, warp, weft, *along, *cloth.repeat_mm, tones, *part, scratch
             )
 
     return lambda: share_out(fill, height, jobs), width * height
@@ -179,13 +180,13 @@ def _unit(x: float, y: float, z: float) -> tuple[float, float, float]:
 def ours(cloth: Weave, columns: int, rows: int) -> np.ndarray:
     """Return our normals on the same pixels."""
     warp, weft = lay_threads(cloth, 0)
-    arrays = [np.zeros((rows, columns, n), np.float32) for n in COMPONENTS.values()]
+    arrays = [np.zeros((rows, columns * n), np.float32) for n in COMPONENTS.values()]
     fill_rows(
         0, lay_cells(cloth.warp_edge_mm, columns), lay_cells(cloth.weft_edge_mm, rows), warp, weft,
         lay_along(warp, rows), lay_along(weft, columns), *cloth.repeat_mm,
-        lay_tones(cloth.yarns), *arrays, *workspace(),
+        lay_tones(cloth.yarns), *arrays, workspace(),
     )  # fmt: skip
-    return arrays[0]
+    return arrays[0].reshape(rows, columns, 3)
 
 
 def compare() -> tuple[bool, float]:

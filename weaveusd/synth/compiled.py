@@ -14,14 +14,22 @@ from typing import Any
 
 from numba import njit
 
-_OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
+_OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False}
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """Return `function`, one that loops, compiled for the types that it is called with."""
+    """Return `function`, one that Python calls, compiled for its types and kept on disk.
+
+    What is kept knows the file of `function` alone, not those of the steps that it calls.
+    """
+    return njit(**_OPTIONS, cache=True)(function)
+
+
+def step(function: Callable[..., Any]) -> Any:
+    """Return `function`, one that such a function calls, compiled with it."""
     return njit(**_OPTIONS)(function)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """Return `function`, one that such a loop calls for every texel, to be compiled into it."""
+    """Return `function`, one that a step calls for every texel, compiled into its loop."""
     return njit(**_OPTIONS, inline="always")(function)

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+
+from weaveusd.synth.compiled import inlined
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Doubles = NDArray[np.float64]
     Indices = NDArray[np.int32]
+    Places = NDArray[np.uint32]
 
 MAX_KNOTS = 512
 MAX_SIGMAS = 3.0
@@ -25,8 +28,8 @@ class Blend(NamedTuple):
     One row for each of several deviations, whose knots are not as many.
     """
 
-    left: Indices  # (deviations, texels)
-    right: Indices  # (deviations, texels)
+    left: Places  # (deviations, texels)
+    right: Places  # (deviations, texels)
     left_weight: Doubles  # (deviations, texels)
     right_weight: Doubles  # (deviations, texels)
 
@@ -38,7 +41,7 @@ def wander(
     length_mm: float,
     seed: tuple[int, ...],
 ) -> Doubles:
-    """Return deviations ~ N(0, σ²) (threads, knots) at knots along each thread.
+    """Return deviations ~ N(0, σ²) (knots, threads) at knots along each thread.
 
     `deviation` σ and `correlation_mm` are those of each yarn, `yarn` (threads,) says which one
     a thread is of. The knots divide the repeat evenly, about one a correlation length of the
@@ -49,7 +52,7 @@ def wander(
     sigma = np.asarray(deviation, float)
     moving = sigma > 0
     if not moving.any():
-        return np.zeros((len(yarn), 1))
+        return np.zeros((1, len(yarn)))
     shortest = float(np.asarray(correlation_mm, float)[moving].min())
     knots = int(np.clip(round(length_mm / shortest), 1, MAX_KNOTS))
     normal = np.random.Generator(np.random.PCG64(seed)).standard_normal((len(yarn), knots))
@@ -58,7 +61,7 @@ def wander(
         own = normal[yarn == one]
         # An exact sum: that of NumPy may differ between machines.
         normal[yarn == one] = own - math.fsum(own.ravel()) / own.size
-    return np.asarray(sigma[yarn, None] * normal)
+    return np.ascontiguousarray((sigma[yarn, None] * normal).T)
 
 
 def blends(knots: Sequence[int], texels: int) -> Blend:
@@ -72,6 +75,14 @@ def blends(knots: Sequence[int], texels: int) -> Blend:
     left = np.floor(place)
     w = np.where(count > 1, place - left, 0.0)
     norm = np.sqrt(w * w + (1.0 - w) * (1.0 - w))
-    index = left.astype(np.int32) % count.astype(np.int32)
-    right = (index + 1) % count.astype(np.int32)
+    index = left.astype(np.uint32) % count.astype(np.uint32)
+    right = (index + np.uint32(1)) % count.astype(np.uint32)
     return Blend(index, right, (1.0 - w) / norm, w / norm)
+
+
+@inlined
+def beside(knots: Doubles, blend: Blend, kind: int, texel: int) -> Any:
+    """Return both rows of `knots` (knots, threads) beside a texel, and their weights."""
+    left, right = blend.left[kind, texel], blend.right[kind, texel]
+    low, high = blend.left_weight[kind, texel], blend.right_weight[kind, texel]
+    return knots[left], knots[right], low, high

@@ -7,16 +7,29 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from weaveusd.synth.compiled import compiled, inlined
-from weaveusd.synth.noise import MAX_SIGMAS
+from weaveusd.synth.compiled import inlined, step
+from weaveusd.synth.noise import MAX_SIGMAS, beside
+from weaveusd.synth.piece import (
+    PIECE,
+    SIN_V,
+    WARP_BLUE,
+    WARP_GREEN,
+    WARP_RED,
+    WARP_TONE,
+    WEFT,
+    WEFT_TONE,
+)
 from weaveusd.synth.plan import TONE
 from weaveusd.synth.strands import strand
-from weaveusd.synth.surface import PIECE, SIN_V, WEFT
 from weaveusd.synth.tones import SLOTS, STEPS
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from weaveusd.synth.plan import Threads
     from weaveusd.synth.tones import Tones
+
+    Doubles = NDArray[np.float64]
 
 BUNDLES, BUNDLE_MM = 12, 0.6
 """Bundles of fibres side by side on a mélange's face, and how long one stays on the surface."""
@@ -24,43 +37,62 @@ BUNDLES, BUNDLE_MM = 12, 0.6
 PER_SIGMA = (STEPS - 1) / (2.0 * MAX_SIGMAS)
 
 
-@compiled
-def paint(  # type: ignore[no-untyped-def] # numba compiles it for the types it is given
-    scratch, texels, start, j, columns, y_mm, warp, weft, by_row, by_column,
-    width_mm, height_mm, thread_of, tones, base_color,
-):  # fmt: skip
-    """Write the colors of a piece; those of gaps are the colors of the yarn beside them."""
-    table, colors, varies = tones.table, tones.colors, tones.varies
-    warp_yarn, weft_yarn, warp_tone, weft_tone = warp.yarn, weft.yarn, warp.tone, weft.tone
-    left, right = by_column.left[TONE], by_column.right[TONE]
-    low_weight, high_weight = by_column.left_weight[TONE], by_column.right_weight[TONE]
-    row_left, row_right = by_row.left[TONE, j], by_row.right[TONE, j]
-    row_low, row_high = by_row.left_weight[TONE, j], by_row.right_weight[TONE, j]
-    position = columns.position
+@step
+def paint(s, texels, weft_color, base_color):  # type: ignore[no-untyped-def]
+    """Write the colors of a piece; those of gaps are the colors of the yarn beside them.
+
+    `weft_color` (3,) is that of the pick, `base_color` (3 texels,) has the components of a texel
+    side by side.
+    """
+    weft_red, weft_green, weft_blue = weft_color[0], weft_color[1], weft_color[2]
     for i in range(texels):
-        k, x, color = thread_of[i], start + i, 0
-        on_weft = scratch[WEFT * PIECE + i] > 0.0
-        yarn = weft_yarn[k] if on_weft else warp_yarn[k]
-        if colors[yarn] > 1:
-            sin_v = scratch[SIN_V * PIECE + i]
-            if on_weft:
-                color = _mixed(tones, weft, k, sin_v, position[x], width_mm)
-            else:
-                color = _mixed(tones, warp, k, sin_v, y_mm, height_mm)
-        if not varies[yarn]:
-            for n in range(3):
-                base_color[x, n] = table[yarn, color, 0, n]
+        on_weft = s[WEFT * PIECE + i] > 0.0
+        tone, weft_tone = s[WARP_TONE * PIECE + i], s[WEFT_TONE * PIECE + i]
+        red, green = s[WARP_RED * PIECE + i], s[WARP_GREEN * PIECE + i]
+        blue, scale = s[WARP_BLUE * PIECE + i], weft_tone if on_weft else tone
+        base_color[3 * i] = (weft_red if on_weft else red) * scale
+        base_color[3 * i + 1] = (weft_green if on_weft else green) * scale
+        base_color[3 * i + 2] = (weft_blue if on_weft else blue) * scale
+
+
+@step
+def mix(  # type: ignore[no-untyped-def]
+    s, start, texels, j, columns, rows, warp, weft, by_row, by_column, width_mm, height_mm,
+    tones, base_color,
+):  # fmt: skip
+    """Write the colors of those texels of row `j` whose yarn has several."""
+    colors, thread, position = tones.colors, columns.thread, columns.position
+    r, y_mm = rows.thread[j], rows.position[j]
+    for i in range(texels):
+        x, sin_v = start + i, s[SIN_V * PIECE + i]
+        c = thread[x]
+        on_weft = s[WEFT * PIECE + i] > 0.0
+        yarn = weft.yarn[r] if on_weft else warp.yarn[c]
+        if colors[yarn] == 1:
             continue
         if on_weft:
-            g = low_weight[x] * weft_tone[k, left[x]] + high_weight[x] * weft_tone[k, right[x]]
+            color = _mixed(tones, weft, r, sin_v, position[x], width_mm)
+            left, right, low, high = beside(weft.tone, by_column, TONE, x)
+            g = low * left[r] + high * right[r]
         else:
-            g = row_low * warp_tone[k, row_left] + row_high * warp_tone[k, row_right]
-        place = (min(max(g, -MAX_SIGMAS), MAX_SIGMAS) + MAX_SIGMAS) * PER_SIGMA
-        low = min(int(place), STEPS - 2)
-        share = place - low
+            color = _mixed(tones, warp, c, sin_v, y_mm, height_mm)
+            left, right, low, high = beside(warp.tone, by_row, TONE, j)
+            g = low * left[c] + high * right[c]
+        scale = shade(tones.scale[yarn, color], g)
         for n in range(3):
-            here = table[yarn, color, low, n]
-            base_color[x, n] = here + share * (table[yarn, color, low + 1, n] - here)
+            base_color[3 * i + n] = tones.color[yarn, color, n] * scale
+
+
+@inlined
+def shade(scales: Doubles, deviation: float) -> float:
+    """Return the scale of a color, so many standard deviations from its mean.
+
+    `scales` (STEPS,) are those of its tones.
+    """
+    place = (min(max(deviation, -MAX_SIGMAS), MAX_SIGMAS) + MAX_SIGMAS) * PER_SIGMA
+    low = min(int(place), STEPS - 2)
+    scale: float = scales[low] + (place - low) * (scales[low + 1] - scales[low])
+    return scale
 
 
 @inlined

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     Doubles = NDArray[np.float64]
     Indices = NDArray[np.int32]
+    Places = NDArray[np.uint32]
 
 GROOVE = 0.35
 """Depth of the groove between two plies, in half thicknesses of the yarn; n plies: 2/n of it."""
@@ -46,26 +47,28 @@ class Threads(NamedTuple):
     sunk: Doubles  # (threads,) height of the axis while the thread is under
     yarn: Indices  # (threads,)
     psi: Doubles  # (threads,) mean angle of the fibre to the axis, radians
-    twist: Doubles  # (threads, knots) deviation of that angle along the thread, periodic
-    thick: Doubles  # (threads, knots) relative deviation of width and thickness
-    tone: Doubles  # (threads, knots) deviation of lightness in standard deviations
+    twist: Doubles  # (knots, threads) deviation of that angle along the thread, periodic
+    thick: Doubles  # (knots, threads) relative deviation of width and thickness
+    tone: Doubles  # (knots, threads) deviation of lightness in standard deviations
     plies: Doubles  # (threads,) plies, 0 for a single yarn
     turns: Doubles  # (threads,) strands that pass a point of the surface in the repeat, S positive
     phase: Doubles  # (threads,) strand at the beginning of the repeat
     groove: Doubles  # (threads,) depth of the groove between plies, mm
     hair: Doubles  # (threads,) hairiness 0…1
     at: Indices  # (picks, ends) float on top, -1 where the other system is
-    floats: Doubles  # (F, 4) MIDDLE, STRAIGHT, RADIUS and R_HAT of each float
+    floats: Doubles  # (F + 1, 4) MIDDLE, STRAIGHT, RADIUS and R_HAT; the last is no float
+    conic: bool  # whether any float is a conic
+    plied: bool  # whether any yarn has plies
+    hairy: bool  # whether any yarn has hairs
 
 
 class Cells(NamedTuple):
     """Where the texels of one axis lie among the threads that they cross."""
 
     position: Doubles  # (texels,) mm
-    thread: Indices  # (texels,) thread whose cell the texel is in
+    thread: Places  # (texels,) thread whose cell the texel is in
     offset: Doubles  # (texels,) distance from that thread's centre, mm
-    beside: Indices  # (texels,) the thread next to it on the texel's side
-    end: Indices  # (threads,) the first texel behind each thread's cell
+    beside: Places  # (texels,) the thread next to it on the texel's side
 
 
 def lay_threads(weave: Weave, seed: int) -> tuple[Threads, Threads]:
@@ -95,24 +98,21 @@ def lay_cells(edge_mm: Doubles, texels: int) -> Cells:
     # A hair's breadth inwards: on the border of two yarns that touch there is no gap.
     offset = (position - center[thread]) * (1 - 1e-9)
     beside = (thread + np.where(offset < 0, -1, 1)) % threads
-    end = np.searchsorted(thread, np.arange(threads), side="right")
-    return Cells(
-        position, thread.astype(np.int32), offset, beside.astype(np.int32), end.astype(np.int32)
-    )
+    return Cells(position, thread.astype(np.uint32), offset, beside.astype(np.uint32))
 
 
 def lay_along(threads: Threads, texels: int) -> Blend:
     """Return how texels along `threads` blend the deviations `TWIST`, `THICKNESS` and `TONE`."""
-    return blends([d.shape[1] for d in (threads.twist, threads.thick, threads.tone)], texels)
+    return blends([len(d) for d in (threads.twist, threads.thick, threads.tone)], texels)
 
 
 def _top(threads: Threads) -> float:
     """Return the height of the highest crown over the cloth's middle plane."""
     # Blended knots a and b, weights of norm one, reach √(a² + b²) where both are positive.
     thick = np.maximum(threads.thick, 0)
-    if thick.shape[1] > 1:
-        thick = np.sqrt(thick**2 + np.roll(thick, -1, 1) ** 2)
-    return float((threads.axis + threads.half_height * (1 + thick.max(1))).max())
+    if len(thick) > 1:
+        thick = np.sqrt(thick**2 + np.roll(thick, -1, 0) ** 2)
+    return float((threads.axis + threads.half_height * (1 + thick.max(0))).max())
 
 
 def _lowered(threads: Threads, top: float) -> Threads:
@@ -134,6 +134,7 @@ def _threads(
     irregular = [y.irregularity for y in yarns]
     plies = np.array([y.plies if y.plies > 1 else 0 for y in yarns], float)
     bend = np.array([i.bend for i in irregular])[yarn][floats.thread]
+    spines = _spines(floats, half, yarn, yarns, bend, (*seed, BEND))
     return Threads(
         center=0.5 * (edge_mm[1:] + edge_mm[:-1]),
         room=0.5 * np.diff(edge_mm),
@@ -159,7 +160,10 @@ def _threads(
         groove=np.where(plies > 0, 2 * GROOVE / np.maximum(plies, 1), 0)[yarn] * half,
         hair=np.array([i.hairiness for i in irregular])[yarn],
         at=floats.at,
-        floats=_spines(floats, half, yarn, yarns, bend, (*seed, BEND)),
+        floats=spines,
+        conic=not np.isnan(spines[:, R_HAT]).all(),
+        plied=bool((plies > 0).any()),
+        hairy=any(i.hairiness > 0 for i in irregular),
     )  # fmt: skip
 
 
@@ -179,7 +183,7 @@ def _spines(
     deviation: Doubles,
     seed: tuple[int, ...],
 ) -> Doubles:
-    """Return the numbers (F, 4) of each float's spine."""
+    """Return the numbers (F + 1, 4) of each float's spine, and last of a thread without float."""
     count = len(floats.thread)
     noise = np.random.Generator(np.random.PCG64(seed)).standard_normal(count)
     b = half[floats.thread]
@@ -196,4 +200,5 @@ def _spines(
         length, u = float(floats.length_mm[i]), float(u_max[i])
         straight[i] = 0.0
         r_hat[i], radius[i] = conic_parameters(length, u, float(b[i]), kappa)
-    return np.stack([floats.center_mm, straight, radius, r_hat], axis=1)
+    spines = np.stack([floats.center_mm, straight, radius, r_hat], axis=1)
+    return np.concatenate([spines, [(0.0, np.inf, 1.0, np.nan)]])

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from weaveusd.synth.compiled import compiled, inlined
+from weaveusd.synth.compiled import inlined, step
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -46,7 +46,7 @@ def circle_bend(y: float, radius: float, b_cos_v: float) -> tuple[float, float, 
     return sin_u, cos_u, radius * (cos_u - 1.0)
 
 
-@compiled
+@step
 def conic_spine(sin_u: float, r_hat: float, scale: float) -> tuple[float, float, float]:
     """Return y, z and dy/d(sin u) of Irawan's conic spine at an inclination.
 
@@ -65,7 +65,7 @@ def conic_spine(sin_u: float, r_hat: float, scale: float) -> tuple[float, float,
     return y, z, scale * sign * r_hat / (root * root * root) * dq
 
 
-@compiled
+@step
 def conic_bend(y: float, r_hat: float, scale: float, b_cos_v: float) -> tuple[float, float, float]:
     """Return sin u, cos u and the spine's height at distance `y` ≥ 0 from a conic's middle.
 

@@ -1,8 +1,6 @@
 """How the surface of the yarns lies in a piece of a row: bend, frame, grooves between plies.
 
-A piece's numbers lie in one flat array, field after field, `PIECE` texels each. As every offset
-is a constant, compilers see that fields do not overlap and compute several texels at once. The
-steps change the fields in place, and know neither threads nor drawdown.
+The steps change the fields of the piece in place, and know neither threads nor drawdown.
 """
 
 from __future__ import annotations
@@ -12,8 +10,41 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from weaveusd.synth.compiled import compiled
-from weaveusd.synth.plan import R_HAT
+from weaveusd.synth.compiled import step
+from weaveusd.synth.piece import (
+    ACROSS,
+    ALONG,
+    BASE,
+    COS_U,
+    COS_V,
+    DEPTH,
+    HALF_HEIGHT,
+    HALF_WIDTH,
+    HEIGHT,
+    N_X,
+    N_Y,
+    N_Z,
+    PIECE,
+    PLIES,
+    PSI,
+    RADIUS,
+    RATE,
+    SIN_U,
+    SIN_V,
+    SPINE,
+    STRAIGHT,
+    STRAND,
+    T_X,
+    T_Y,
+    T_Z,
+    WARP_GROOVE,
+    WARP_PHASE,
+    WARP_PLIES,
+    WARP_R_HAT,
+    WARP_TURNS,
+    WEFT,
+    WEFT_R_HAT,
+)
 from weaveusd.synth.spine import circle_bend, conic_bend, floor, frame, nearest, sin_cos
 from weaveusd.synth.strands import strand, strand_slope
 
@@ -22,34 +53,8 @@ if TYPE_CHECKING:
 
     Doubles = NDArray[np.float64]
 
-PIECE = 128
-"""Texels worked on together: their numbers stay in the fastest cache."""
 
-INFINITE = math.inf
-
-# What `choose` says of a texel, in the frame of its yarn; lengths in mm, angles in radians.
-(
-    ACROSS,  # distance from the yarn's axis, across
-    HALF_WIDTH,
-    HALF_HEIGHT,  # 0 in gaps
-    ALONG,  # distance from the float's middle, along the yarn, but for whole repeats
-    STRAIGHT,  # half length of the float's straight part
-    RADIUS,  # of the circular spine
-    BASE,  # height of the axis at the float's middle
-    PSI,  # angle of the fibre
-    WEFT,  # 1 on weft, 0 on warp
-    # What the steps make of it.
-    SIN_V, COS_V, SIN_U, COS_U, SPINE,
-    N_X, N_Y, N_Z, T_X, T_Y, T_Z, HEIGHT,
-    # The row's pick at every texel, whether it is seen or not.
-    WEFT_SIZE, WEFT_EDGE, WEFT_PSI,
-    # The plies of the yarn.
-    PLIES, STRAND, RATE, DEPTH,
-) = range(28)  # fmt: skip
-FIELDS = 28
-
-
-@compiled
+@step
 def bend(s: Doubles, texels: int, width_mm: float, height_mm: float) -> None:
     """Compute section angle v, inclination u and the spine's height, as if all were circles."""
     for i in range(texels):
@@ -68,17 +73,13 @@ def bend(s: Doubles, texels: int, width_mm: float, height_mm: float) -> None:
         s[COS_U * PIECE + i], s[SPINE * PIECE + i] = cos_u, spine
 
 
-@compiled
-def bend_conics(  # type: ignore[no-untyped-def]
-    s, texels, threads, is_weft, float_of
-):
-    """Replace inclination and height where a float of `threads`, warp or weft, is a conic."""
+@step
+def bend_conics(s: Doubles, texels: int) -> None:
+    """Replace inclination and height where the float that is seen is a conic."""
     for i in range(texels):
-        f = float_of[i]
-        if f < 0 or (s[WEFT * PIECE + i] > 0.0) != is_weft:
-            continue
-        r_hat = threads.floats[f, R_HAT]
-        if math.isnan(r_hat):
+        on_weft = s[WEFT * PIECE + i] > 0.0
+        r_hat = s[WEFT_R_HAT * PIECE + i] if on_weft else s[WARP_R_HAT * PIECE + i]
+        if math.isnan(r_hat) or s[HALF_HEIGHT * PIECE + i] == 0.0:
             continue
         along = s[ALONG * PIECE + i]
         y = abs(along) - s[STRAIGHT * PIECE + i]
@@ -88,7 +89,7 @@ def bend_conics(  # type: ignore[no-untyped-def]
         s[COS_U * PIECE + i], s[SPINE * PIECE + i] = cos_u, spine
 
 
-@compiled
+@step
 def turn(s: Doubles, texels: int) -> None:
     """Compute height, normal and fibre of a single yarn's surface, in the yarn's frame."""
     for i in range(texels):
@@ -104,29 +105,29 @@ def turn(s: Doubles, texels: int) -> None:
         s[HEIGHT * PIECE + i] = s[BASE * PIECE + i] + s[SPINE * PIECE + i] + b * cos_v * cos_u
 
 
-@compiled
+@step
 def wind(  # type: ignore[no-untyped-def]
-    s, texels, start, columns, y_mm, warp, weft, thread_of, width_mm, height_mm
+    s, texels, r, y_mm, position, weft, width_mm, height_mm
 ):
-    """Note how the plies of each texel's yarn wind; gaps have none."""
-    warp_plies, warp_turns, warp_phase, warp_depth = warp.plies, warp.turns, warp.phase, warp.groove
-    weft_plies, weft_turns, weft_phase, weft_depth = weft.plies, weft.turns, weft.phase, weft.groove
-    position = columns.position
+    """Note how the plies of each texel's yarn wind, `r` being the row's pick; gaps have none."""
+    plies, turns, phase, depth = weft.plies[r], weft.turns[r], weft.phase[r], weft.groove[r]
     for i in range(texels):
-        k = thread_of[i]
-        if s[WEFT * PIECE + i] > 0.0:
-            plies, turns, phase, depth = weft_plies[k], weft_turns[k], weft_phase[k], weft_depth[k]
-            along, repeat = position[start + i], width_mm
-        else:
-            plies, turns, phase, depth = warp_plies[k], warp_turns[k], warp_phase[k], warp_depth[k]
-            along, repeat = y_mm, height_mm
-        s[PLIES * PIECE + i] = plies
-        s[STRAND * PIECE + i] = strand(plies, turns, phase, s[SIN_V * PIECE + i], along / repeat)
-        s[RATE * PIECE + i] = turns / repeat
-        s[DEPTH * PIECE + i] = depth if s[HALF_HEIGHT * PIECE + i] > 0.0 else 0.0
+        on_weft = s[WEFT * PIECE + i] > 0.0
+        warp_plies, warp_turns = s[WARP_PLIES * PIECE + i], s[WARP_TURNS * PIECE + i]
+        warp_phase, warp_depth = s[WARP_PHASE * PIECE + i], s[WARP_GROOVE * PIECE + i]
+        own_plies, own_turns = plies if on_weft else warp_plies, turns if on_weft else warp_turns
+        own_phase, own_depth = phase if on_weft else warp_phase, depth if on_weft else warp_depth
+        repeat = width_mm if on_weft else height_mm
+        along = position[i] if on_weft else y_mm
+        s[PLIES * PIECE + i] = own_plies
+        s[STRAND * PIECE + i] = strand(
+            own_plies, own_turns, own_phase, s[SIN_V * PIECE + i], along / repeat
+        )
+        s[RATE * PIECE + i] = own_turns / repeat
+        s[DEPTH * PIECE + i] = own_depth if s[HALF_HEIGHT * PIECE + i] > 0.0 else 0.0
 
 
-@compiled
+@step
 def groove(s: Doubles, texels: int) -> None:
     """Sink the surface between plies, and turn normal and fibre with it.
 
@@ -155,20 +156,23 @@ def groove(s: Doubles, texels: int) -> None:
         s[HEIGHT * PIECE + i] -= depth * w * w * cos_v
 
 
-@compiled
-def write_surface(s, texels, start, normal, tangent, height):  # type: ignore[no-untyped-def]
-    """Write the piece into the row's channels, turned from the yarns' frames to the cloth's."""
+@step
+def write_surface(s, texels, normal, tangent, height):  # type: ignore[no-untyped-def]
+    """Write the piece, turned from the yarns' frames to the cloth's.
+
+    `normal` and `tangent` (3 texels,) have the components of a texel side by side.
+    """
     for i in range(texels):
         on_weft = s[WEFT * PIECE + i] > 0.0
         x, y = s[N_X * PIECE + i], s[N_Y * PIECE + i]
-        normal[start + i, 0] = y if on_weft else x
-        normal[start + i, 1] = -x if on_weft else y
-        normal[start + i, 2] = s[N_Z * PIECE + i]
+        normal[3 * i] = y if on_weft else x
+        normal[3 * i + 1] = -x if on_weft else y
+        normal[3 * i + 2] = s[N_Z * PIECE + i]
     for i in range(texels):
         on_weft = s[WEFT * PIECE + i] > 0.0
         x, y = s[T_X * PIECE + i], s[T_Y * PIECE + i]
-        tangent[start + i, 0] = y if on_weft else x
-        tangent[start + i, 1] = -x if on_weft else y
-        tangent[start + i, 2] = s[T_Z * PIECE + i]
+        tangent[3 * i] = y if on_weft else x
+        tangent[3 * i + 1] = -x if on_weft else y
+        tangent[3 * i + 2] = s[T_Z * PIECE + i]
     for i in range(texels):
-        height[start + i, 0] = s[HEIGHT * PIECE + i]
+        height[i] = s[HEIGHT * PIECE + i]

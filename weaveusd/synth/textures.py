@@ -71,7 +71,8 @@ def _surface(
 ) -> Callable[[int, int], dict[str, Floats32]]:
     """Return the function that computes rows of every channel but the occlusion."""
     from weaveusd.synth.derived import fill_derived
-    from weaveusd.synth.kernel import fill_rows, workspace
+    from weaveusd.synth.kernel import fill_rows
+    from weaveusd.synth.piece import workspace
     from weaveusd.synth.plan import lay_along, lay_cells, lay_threads
     from weaveusd.synth.tones import lay_tones
 
@@ -91,12 +92,12 @@ def _surface(
         }
 
         def fill(start: int, stop: int) -> None:
-            part = {name: texels[start:stop] for name, texels in out.items()}
+            part = {n: a[start:stop].reshape(stop - start, -1) for n, a in out.items()}
             fill_rows(
                 first + start, columns, rows, warp, weft, by_row, by_column,
                 repeat_width, repeat_height, tones,
                 part["normal"], part["tangent"], part["height"], part["opacity"],
-                part["yarn_id"], part["base_color"], *workspace(),
+                part["yarn_id"], part["base_color"], workspace(),
             )  # fmt: skip
             fill_derived(
                 part["tangent"], part["yarn_id"], systems, part["system"], part["fibre_angle"]

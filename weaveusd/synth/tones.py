@@ -30,9 +30,9 @@ _EPSILON, _KAPPA = 216 / 24389, 24389 / 27  # CIE 15: the straight part of light
 class Tones(NamedTuple):
     """Colors of all yarns, in the color space of the cloth."""
 
-    table: Doubles  # (yarns, colors, STEPS, 3)
+    color: Doubles  # (yarns, colors, 3) mean of each color
+    scale: Doubles  # (yarns, colors, STEPS) its tones, each the color times this
     colors: Indices  # (yarns,) colors that a yarn has
-    varies: Indices  # (yarns,) 1 where the tones of a color differ
     by_ply: Indices  # (yarns,) 1 where each ply has its color, 0 where bundles of fibres have
     slots: Indices  # (yarns, SLOTS) color of a bundle of fibres
 
@@ -41,27 +41,27 @@ def lay_tones(yarns: tuple[Yarn, ...], space: ColorSpace = "lin_rec709") -> Tone
     """Return the tones of `yarns`, whose colors are in `space`.
 
     A tone is the color scaled so that its CIE lightness moves by the yarn's `color` deviation
-    times −`MAX_SIGMAS`…`MAX_SIGMAS`; hue and chromaticity stay. Every row is scaled back so
-    that its mean over a normal distribution is the color itself: a patch keeps the yarn's color.
+    times −`MAX_SIGMAS`…`MAX_SIGMAS`; hue and chromaticity stay. The tones are scaled back so
+    that their mean over a normal distribution is the color itself: a patch keeps the yarn's color.
     For that, a color so bright that its lightest tone would leave 0…1 varies less.
     """
     most = max(1, *(len(_colors(y)) for y in yarns))
-    table = np.zeros((len(yarns), most, STEPS, 3))
+    color = np.zeros((len(yarns), most, 3))
+    scale = np.ones((len(yarns), most, STEPS))
     count = np.ones(len(yarns), np.int32)
-    varies = np.zeros(len(yarns), np.int32)
     by_ply = np.zeros(len(yarns), np.int32)
     slots = np.zeros((len(yarns), SLOTS), np.int32)
     for i, yarn in enumerate(yarns):
         colors = _colors(yarn)
         count[i] = len(colors)
-        varies[i] = yarn.irregularity.color > 0
         by_ply[i] = bool(yarn.irregularity.strands)
-        for k, (color, _) in enumerate(colors):
-            table[i, k] = _row(np.array(color), yarn.irregularity.color, LUMINANCE[space])
+        for k, (own, _) in enumerate(colors):
+            color[i, k] = own
+            scale[i, k] = _scales(color[i, k], yarn.irregularity.color, LUMINANCE[space])
         borders = np.cumsum([share for _, share in colors])
         places = (np.arange(SLOTS) + 0.5) / SLOTS * borders[-1]
         slots[i] = np.searchsorted(borders, places)
-    return Tones(table, count, varies, by_ply, slots)
+    return Tones(color, scale, count, by_ply, slots)
 
 
 def lightness(y: Doubles) -> Doubles:
@@ -81,11 +81,11 @@ def _colors(yarn: Yarn) -> tuple[tuple[tuple[float, float, float], float], ...]:
     return yarn.irregularity.melange or ((yarn.color, 1.0),)
 
 
-def _row(color: Doubles, delta_e: float, weights: RGB) -> Doubles:
-    """Return the tones (STEPS, 3) of one color; `weights` are its components' luminance."""
+def _scales(color: Doubles, delta_e: float, weights: RGB) -> Doubles:
+    """Return the tones (STEPS,) of one color; `weights` are its components' luminance."""
     y = float(color @ weights)
     if delta_e == 0 or y <= 0:
-        return np.tile(color, (STEPS, 1))
+        return np.ones(STEPS)
     sigmas = np.linspace(-MAX_SIGMAS, MAX_SIGMAS, STEPS)
     wanted = np.clip(lightness(np.array(y)) + delta_e * sigmas, 0, 100)
     scale = luminance(wanted) / y
@@ -94,4 +94,4 @@ def _row(color: Doubles, delta_e: float, weights: RGB) -> Doubles:
     room = 1 / float(color.max()) - 1
     if scale.max() - 1 > room:
         scale = 1 + (scale - 1) * (room / (scale.max() - 1))
-    return np.asarray(np.minimum(scale[:, None] * color, 1.0))
+    return np.asarray(scale)
