@@ -21,7 +21,7 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from weaveusd import cli_draft, cli_presets
+from weaveusd import cli_draft, cli_lobes, cli_presets
 from weaveusd._version import __version__
 from weaveusd.errors import WeaveusdError
 
@@ -260,6 +260,7 @@ def env(as_json: Json = False) -> None:
 
 cli_draft.register(app)
 cli_presets.register(app)
+cli_lobes.register(app)
 
 
 def _pair(option: str, text: str | None, number: str) -> tuple[float, float] | None:

@@ -26,6 +26,9 @@ ANGLES = (0.0, 30.0, 60.0, 80.0, 88.0)
 
 QUICK_ANGLES = (30.0, 80.0)
 
+SAMPLES, QUICK_SAMPLES = 200_000, 50_000
+"""Samples of each chi² test."""
+
 GRAY = 0.5
 """Albedo while sampling is tested: both lobes take part."""
 
@@ -82,7 +85,7 @@ def check(
     angles_deg: Sequence[float] = ANGLES,
     *,
     gaussian: bool = False,
-    samples: int = 200_000,
+    samples: int = SAMPLES,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Row, ...]:
     """Return a row for every subject and angle; a row without faults keeps every law.

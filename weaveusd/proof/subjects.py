@@ -28,7 +28,7 @@ class Subject:
     def name(self) -> str:
         """Name of the first yarn, and how many others scatter alike."""
         others = len(self.yarns) - 1
-        return self.yarns[0] + (f" +{others}" if others else "")
+        return self.yarns[0] + (f" and {others} alike" if others else "")
 
     def parameters(self, albedo: float, *, gaussian: bool = False) -> Parameters:
         """Return the parameters of the BSDF in a gray of that albedo; A has one channel."""
@@ -73,4 +73,5 @@ def shader_inputs(params: Parameters) -> dict[str, list[float]]:
         "gamma_v": [params.gamma_v],
         "tau": [params.tau],
         "normalization": [n_v],
+        "gaussian": [float(params.gaussian)],
     }
