@@ -139,6 +139,7 @@ def publish(
 
         report = validate(
             folder / entry_layer(name),
+            jobs=jobs,
             progress=lambda share: tell(0.05 + _WRITING + (0.95 - _WRITING) * share),
         )
         findings.extend(f.as_dict() for f in report.findings if f.status > Status.SKIP)

@@ -33,7 +33,7 @@ def test_progress_grows_to_one(entry: Path) -> None:
     validate(entry, progress=told.append)
     assert told == sorted(told)
     assert told[-1] == 1.0
-    assert len(told) == len(all_checks())
+    assert len(told) > len(all_checks())
 
 
 def test_checks_are_chosen_by_id_or_by_family(entry: Path) -> None:

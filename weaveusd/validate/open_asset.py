@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,8 @@ from weaveusd import contract
 from weaveusd.errors import InputError
 from weaveusd.stage import captured_diagnostics, open_stage
 from weaveusd.validate.registry import Need
-from weaveusd.validate.textures import TextureFolder
+from weaveusd.validate.sweep import Look, Sweep, sweep
+from weaveusd.validate.textures import Header, TextureFolder
 
 TEXTURE_FILES: dict[str, contract.Channel] = {
     file: channel for channel in contract.CHANNELS.values() for file in channel.files
@@ -28,13 +30,15 @@ _YARN_TYPES = {attribute.name: attribute.type for attribute in contract.YARN_ATT
 class OpenAsset:
     """An asset opened for judging: its stage, material, textures and files.
 
+    `jobs` is the number of threads that read textures, by default one for each core.
+
     Raises
     ------
     StageError
         When the entry layer cannot be opened.
     """
 
-    def __init__(self, entry: str | os.PathLike[str]) -> None:
+    def __init__(self, entry: str | os.PathLike[str], jobs: int | None = None) -> None:
         self.entry = Path(os.path.abspath(entry))
         self.folder = self.entry.parent
         self.stage: Usd.Stage = open_stage(self.entry)
@@ -44,6 +48,8 @@ class OpenAsset:
                 if not layer.dirty:
                     layer.Reload()
         self.textures = TextureFolder(self.folder / contract.TEXTURE_DIR)
+        self._jobs = len(os.sched_getaffinity(0)) if jobs is None else jobs
+        self._swept: Sweep | None = None
 
     @property
     def root(self) -> Usd.Prim:
@@ -117,20 +123,53 @@ class OpenAsset:
             return None if self.shader else "there is no exact shader"
         return self._texture_fault
 
+    def sweep(
+        self, looks: Mapping[str, Look], progress: Callable[[float], None] | None = None
+    ) -> Mapping[str, Exception]:
+        """Read every texture, show their bands to `looks`, and return what looks have raised.
+
+        Looks see nothing unless `lacks("textures")` will be None.
+        """
+        complete = len(self._fitting) == len(TEXTURE_FILES)
+        self._swept = sweep(
+            self.textures,
+            self._fitting,
+            looks if complete else {},
+            jobs=self._jobs,
+            progress=progress,
+        )
+        return self._swept.broken
+
+    def decode_fault(self, file: str) -> InputError | None:
+        """Return why texture `file`, whose header fits, does not decode, or None when it does."""
+        if self._swept is None:
+            self.sweep({})
+        return self._swept.faults.get(file) if self._swept else None
+
+    @cached_property
+    def _fitting(self) -> tuple[str, ...]:
+        """The texture files whose headers can be read and are as the contract has them."""
+        fitting = []
+        for file in TEXTURE_FILES:
+            with suppress(InputError):
+                if fits(file, self.textures.header(file)):
+                    fitting.append(file)
+        return tuple(fitting)
+
     @cached_property
     def _texture_fault(self) -> str | None:
         """Why the textures cannot be judged together, or None when they can."""
         sizes = set()
-        try:
-            for file, channel in TEXTURE_FILES.items():
+        for file in TEXTURE_FILES:
+            try:
                 header = self.textures.header(file)
-                sizes.add((header.width, header.height))
-                if header.channels != channel.components or header.dtype != stored_type(file):
-                    return f"{file} has another format"
-                for _ in self.textures.bands(file):
-                    pass
-        except InputError:
-            return "not every texture can be read"
+            except InputError:
+                return "not every texture can be read"
+            sizes.add((header.width, header.height))
+            if not fits(file, header):
+                return f"{file} has another format"
+            if self.decode_fault(file) is not None:
+                return "not every texture can be read"
         return None if len(sizes) == 1 else "the textures differ in size"
 
     def _authored(self, name: str, kind: str) -> Any:
@@ -152,6 +191,11 @@ def stored_type(file: str) -> str:
     if file.endswith(".exr"):
         return "float16"
     return "uint16" if TEXTURE_FILES[file].encoding == "vector" else "uint8"
+
+
+def fits(file: str, header: Header) -> bool:
+    """Whether texture `file` has the channels and the type of numbers of the contract."""
+    return (header.channels, header.dtype) == (TEXTURE_FILES[file].components, stored_type(file))
 
 
 def applied_schemas(prim: Usd.Prim) -> tuple[str, ...]:

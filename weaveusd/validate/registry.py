@@ -4,18 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Protocol, TypeVar
 
 from weaveusd.validate.model import Finding, Status
 
 if TYPE_CHECKING:
     from weaveusd.validate.open_asset import OpenAsset
+    from weaveusd.validate.textures import Band
 
 Need = Literal["material", "shader", "textures"]
 """What a check cannot do without: a cloth material, its exact shader, a complete set of
 textures of one size that decode. Without it the check is skipped."""
 
 Rule = Callable[["OpenAsset"], Iterator[Finding]]
+
+
+class Survey(Protocol):
+    """A rule about texels: it sees every band of the textures once, then judges.
+
+    It is made before the textures are read, in the thread that owns the stage. `look` runs
+    beside the looks of other rules and must not touch the stage.
+    """
+
+    def __init__(self, asset: OpenAsset) -> None: ...
+
+    def look(self, band: Band) -> None:
+        """Take from `band`, which holds all textures, what is needed of it."""
+
+    def findings(self) -> Iterator[Finding]:
+        """Judge what was seen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,17 +53,19 @@ class Code:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """A rule and what is known about it without running it."""
+    """A rule, a function or a survey, and what is known about it without running it."""
 
     id: str
     title: str
     why: str
     needs: tuple[Need, ...]
     codes: tuple[Code, ...]
-    rule: Rule
+    rule: Rule | type[Survey]
 
 
 _CHECKS: dict[str, Check] = {}
+
+_R = TypeVar("_R", bound=Rule | type[Survey])
 
 
 def check(
@@ -55,10 +74,11 @@ def check(
     why: str,
     codes: tuple[Code, ...],
     needs: tuple[Need, ...] = (),
-) -> Callable[[Rule], Rule]:
+) -> Callable[[_R], _R]:
     """Register the decorated rule, whose docstring is its title, as the check `id`.
 
-    The rule yields findings made by calling its `codes`, and none when all is well.
+    The rule yields findings made by calling its `codes`, and none when all is well. One that
+    is a survey needs `textures`.
 
     Raises
     ------
@@ -66,7 +86,7 @@ def check(
         When the id or one of the codes is taken.
     """
 
-    def register(rule: Rule) -> Rule:
+    def register(rule: _R) -> _R:
         taken = {code.name for known in _CHECKS.values() for code in known.codes}
         names = [code.name for code in codes]
         if id in _CHECKS or taken & set(names) or len(names) != len(set(names)):

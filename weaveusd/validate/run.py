@@ -10,22 +10,27 @@ from weaveusd.errors import InputError
 from weaveusd.stage import captured_diagnostics
 from weaveusd.validate.model import Finding, Report, Status
 from weaveusd.validate.open_asset import OpenAsset
-from weaveusd.validate.registry import Check, all_checks
+from weaveusd.validate.registry import Check, Survey, all_checks
 
 MAX_FINDINGS = 20
 """Findings of one check that a report lists; the rest are counted."""
+
+_READING = 0.8
+"""Share of the time that goes into reading textures, for the progress bar."""
 
 
 def validate(
     stage: str | os.PathLike[str],
     *,
+    jobs: int | None = None,
     progress: Callable[[float], None] | None = None,
     checks: Collection[str] | None = None,
 ) -> Report:
     """Return what the checks find in the asset whose entry layer is the file `stage`.
 
-    `progress` is told the share of the checks done, 0…1. `checks` names the checks to run, by
-    id or by the part of it before the slash; None runs them all.
+    `jobs` threads read the textures, by default one for each core. `progress` is told the share
+    of the work done, 0…1. `checks` names the checks to run, by id or by the part of it before
+    the slash; None runs them all.
 
     Raises
     ------
@@ -35,17 +40,24 @@ def validate(
         When `checks` names one that does not exist.
     """
     chosen = _select(checks)
-    asset = OpenAsset(stage)
+    tell = progress or (lambda share: None)
+    asset = OpenAsset(stage, jobs)
+    surveys = _surveys(chosen, asset, lambda share: tell(_READING * share))
     findings: list[Finding] = []
     for done, check in enumerate(chosen, start=1):
-        findings += run_check(check, asset)
-        if progress is not None:
-            progress(done / len(chosen))
+        findings += run_check(check, asset, surveys.get(check.id))
+        tell(_READING + (1 - _READING) * done / len(chosen))
     return Report(str(stage), tuple(findings))
 
 
-def run_check(check: Check, asset: OpenAsset) -> Iterator[Finding]:
-    """Yield the findings of one check: at least one, whatever happens inside it."""
+def run_check(
+    check: Check, asset: OpenAsset, survey: Survey | Exception | None = None
+) -> Iterator[Finding]:
+    """Yield the findings of one check: at least one, whatever happens inside it.
+
+    `survey` is what has been seen for a check whose rule is one, or what it raised; None makes it
+    look now.
+    """
     for need in check.needs:
         lack = asset.lacks(need)
         if lack is not None:
@@ -55,7 +67,7 @@ def run_check(check: Check, asset: OpenAsset) -> Iterator[Finding]:
     excess = 0
     try:
         with captured_diagnostics():
-            for finding in check.rule(asset):
+            for finding in _judgement(check, asset, survey):
                 if len(found) < MAX_FINDINGS:
                     found.append(replace(finding, check=check.id))
                 else:
@@ -70,6 +82,43 @@ def run_check(check: Check, asset: OpenAsset) -> Iterator[Finding]:
     if not found:
         found.append(Finding(check.id, Status.PASS, f"{check.id}/pass", check.title))
     yield from found
+
+
+def _surveys(
+    chosen: Collection[Check], asset: OpenAsset, progress: Callable[[float], None] | None = None
+) -> dict[str, Survey | Exception]:
+    """Read the textures once for all of `chosen` that look at texels.
+
+    The survey of each that has all it needs but the textures, or what it raised.
+    """
+    surveys: dict[str, Survey | Exception] = {}
+    looks = {}
+    for check in chosen:
+        others = (need for need in check.needs if need != "textures")
+        if not isinstance(check.rule, type) or any(asset.lacks(need) for need in others):
+            continue
+        try:
+            with captured_diagnostics():
+                survey = check.rule(asset)
+        except Exception as error:
+            surveys[check.id] = error
+        else:
+            surveys[check.id], looks[check.id] = survey, survey.look
+    if looks:
+        surveys |= asset.sweep(looks, progress)
+    return surveys
+
+
+def _judgement(
+    check: Check, asset: OpenAsset, survey: Survey | Exception | None
+) -> Iterator[Finding]:
+    if not isinstance(check.rule, type):
+        return check.rule(asset)
+    if survey is None:
+        survey = _surveys((check,), asset)[check.id]
+    if isinstance(survey, Exception):
+        raise survey
+    return survey.findings()
 
 
 def _select(names: Collection[str] | None) -> tuple[Check, ...]:

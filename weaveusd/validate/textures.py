@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,15 +19,16 @@ if TYPE_CHECKING:
 
     Pixels = NDArray[Any]
     Floats32 = NDArray[np.float32]
+    Words = NDArray[np.uint16]
 
 MAX_SIDE = 16384
 """Widest and highest texture that is decoded."""
 
 MAX_CHANNELS = 4
-CACHE_BYTES = 1 << 30
-"""Sets of textures up to this size are decoded once; larger ones again for each check."""
 
 BAND_TEXELS = 1 << 19
+CHUNK_ROWS = 16
+"""Rows that an EXR of this package compresses together: bands begin where such a chunk does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,13 @@ class Header:
         """Size of the decoded pixels."""
         return self.width * self.height * self.channels * np.dtype(self.dtype).itemsize
 
+    def spans(self) -> Iterator[tuple[int, int]]:
+        """Yield the first row and the one behind the last of each band, from the top down."""
+        rows = max(1, BAND_TEXELS // self.width)
+        rows = max(CHUNK_ROWS, rows - rows % CHUNK_ROWS)
+        for first in range(0, self.height, rows):
+            yield first, min(first + rows, self.height)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Band:
@@ -61,9 +69,9 @@ class Band:
     first: int
     pixels: Mapping[str, Pixels]
 
-    def vectors(self, file: str) -> Floats32:
-        """Return the texels of a vector texture as (rows, width, 3) components, -1…1."""
-        return decode_vectors(self.pixels[file])
+    def words(self, file: str) -> Words:
+        """Return the texels of a texture of 16 bits as the bits that its file stores."""
+        return np.ascontiguousarray(self.pixels[file]).view(np.uint16)
 
 
 def decode_vectors(stored: Pixels) -> Floats32:
@@ -73,19 +81,58 @@ def decode_vectors(stored: Pixels) -> Floats32:
     return stored.astype(np.float32)
 
 
-class TextureFolder:
-    """The textures of an asset by file name.
+_WORDS = np.arange(1 << 16, dtype=np.uint16)
 
-    Headers are read once. Pixels are decoded once and kept, in the types of their files, as
-    long as all of them together stay below `CACHE_BYTES`.
+HALVES = _WORDS.view(np.float16).astype(np.float32)
+"""The number that each 16 bits are as a half float: (65536,) float32."""
+
+VECTOR_LEVELS = decode_vectors(_WORDS)
+"""The component of a vector that each level of a 16-bit PNG stands for: (65536,) float32."""
+
+
+def vector_table(file: str) -> Floats32:
+    """Return what each 16 bits of the vector texture `file` stand for."""
+    return VECTOR_LEVELS if file.endswith(".png") else HALVES
+
+
+class Reader:
+    """A texture file that is open; rows are read from the top down.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be opened, or is not what `header` says any longer.
     """
 
-    __slots__ = ("_headers", "_pixels", "folder")
+    __slots__ = ("_path", "_source")
+
+    def __init__(self, path: Path, header: Header, stack: ExitStack) -> None:
+        self._path = path
+        self._source = stack.enter_context(_opened(path))
+        # The file may have been exchanged since its header was judged.
+        if _header(path, self._source.spec()) != header:
+            raise InputError(f"{path}: changed while it was read")
+
+    def read(self, first: int, last: int) -> Pixels:
+        """Return rows `first` to `last` - 1 as (rows, width, channels) in the stored type.
+
+        Raises InputError when they do not decode.
+        """
+        source, spec = self._source, self._source.spec()
+        pixels = source.read_scanlines(0, 0, first, last, 0, 0, spec.nchannels, spec.format)
+        if pixels is None or source.has_error:
+            raise InputError(f"{self._path}: does not decode: {_one_line(source.geterror())}")
+        return np.asarray(pixels).reshape(last - first, spec.width, spec.nchannels)
+
+
+class TextureFolder:
+    """The textures of an asset by file name. Headers are read once, pixels never kept."""
+
+    __slots__ = ("_headers", "folder")
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self._headers: dict[str, Header] = {}
-        self._pixels: dict[str, Pixels] = {}
 
     def header(self, file: str) -> Header:
         """Return the header of `file`.
@@ -100,6 +147,10 @@ class TextureFolder:
                 self._headers[file] = _header(self.folder / file, source.spec())
         return self._headers[file]
 
+    def open(self, file: str, stack: ExitStack) -> Reader:
+        """Return what reads the rows of `file`, which stays open in `stack`."""
+        return Reader(self.folder / file, self.header(file), stack)
+
     def bands(self, *files: str) -> Iterator[Band]:
         """Yield all rows of `files`, which are of one size, from the top down.
 
@@ -108,29 +159,10 @@ class TextureFolder:
         InputError
             When a file does not decode.
         """
-        size = self.header(files[0])
-        rows = max(1, BAND_TEXELS // size.width)
         with ExitStack() as stack:
-            readers = {file: self._reader(file, stack) for file in files}
-            for first in range(0, size.height, rows):
-                last = min(first + rows, size.height)
-                yield Band(first, {file: read(first, last) for file, read in readers.items()})
-
-    def _reader(self, file: str, stack: ExitStack) -> Callable[[int, int], Pixels]:
-        """Return what reads rows of `file`, which stays open in `stack` when it is not kept."""
-        if file not in self._pixels:
-            path, header = self.folder / file, self.header(file)
-            source = stack.enter_context(_opened(path))
-            # The file may have been exchanged since its header was judged.
-            if _header(path, source.spec()) != header:
-                raise InputError(f"{path}: changed while it was read")
-            kept = sum(self._headers[name].bytes for name in self._pixels)
-            if kept + header.bytes > CACHE_BYTES:
-                return lambda first, last: _decode(path, source, first, last)
-            self._pixels[file] = _decode(path, source, 0, header.height)
-            self._pixels[file].setflags(write=False)
-        pixels = self._pixels[file]
-        return lambda first, last: pixels[first:last]
+            readers = {file: self.open(file, stack) for file in files}
+            for first, last in self.header(files[0]).spans():
+                yield Band(first, {f: reader.read(first, last) for f, reader in readers.items()})
 
 
 @contextmanager
@@ -158,15 +190,6 @@ def _header(path: Path, spec: Any) -> Header:
     stored = {"half": "float16", "float": "float32"}.get(str(spec.format), str(spec.format))
     space = str(spec.get_string_attribute("oiio:ColorSpace"))
     return Header(spec.width, spec.height, spec.nchannels, stored, space)
-
-
-def _decode(path: Path, source: Any, first: int, last: int) -> Pixels:
-    """Return rows `first` to `last` - 1; later rows of one source come after earlier ones."""
-    spec = source.spec()
-    pixels = source.read_scanlines(0, 0, first, last, 0, 0, spec.nchannels, spec.format)
-    if pixels is None or source.has_error:
-        raise InputError(f"{path}: does not decode: {_one_line(source.geterror())}")
-    return np.asarray(pixels).reshape(last - first, spec.width, spec.nchannels)
 
 
 def _one_line(text: str) -> str:

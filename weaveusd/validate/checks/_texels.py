@@ -10,28 +10,16 @@ import numpy as np
 from weaveusd.contract import TEXTURE_DIR
 from weaveusd.validate.model import Finding
 from weaveusd.validate.registry import Code
-from weaveusd.validate.textures import Band
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-
-SOLID = ("yarn_id.png", "opacity.png")
-"""Files that `solid_ids` needs."""
+    Mask = NDArray[np.bool_]
 
 
-def any_component(faulty: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def any_component(faulty: Mask) -> Mask:
     """Return (rows, width): where any component of `faulty`, (rows, width, c), holds."""
     return np.asarray(faulty.any(axis=-1))
-
-
-def solid_ids(band: Band) -> NDArray[Any]:
-    """Return (rows, width): the yarn ids of `band`, 0 in gaps and where there are but hairs.
-
-    Loose hairs are half transparent and have no surface: their normal is up.
-    """
-    ids, opacity = band.pixels["yarn_id.png"][..., 0], band.pixels["opacity.png"][..., 0]
-    return np.where(opacity == 255, ids, ids.dtype.type(0))
 
 
 @dataclass(slots=True)
@@ -43,17 +31,24 @@ class Tally:
     row: int = 0
     example: str = ""
 
-    def add(self, first: int, faulty: NDArray[np.bool_], values: NDArray[np.generic]) -> None:
+    def add(
+        self,
+        first: int,
+        faulty: Mask,
+        values: NDArray[Any],
+        table: NDArray[np.float32] | None = None,
+    ) -> None:
         """Count the texels where `faulty`, (rows, width), holds.
 
         `first` is the image row of row 0; `values`, (rows, width) or (rows, width, c), are
-        quoted for the first of all faulty texels.
+        quoted for the first of all faulty texels, or what `table` says that they stand for.
         """
         found = int(np.count_nonzero(faulty))
         if found and not self.count:
             row, column = divmod(int(np.argmax(faulty)), faulty.shape[1])
             self.row, self.column = first + row, column
-            numbers = np.atleast_1d(values[row, column]).astype(float)
+            stored = np.atleast_1d(values[row, column])
+            numbers = (stored if table is None else table[stored]).astype(float)
             self.example = ", ".join(f"{number:.4g}" for number in numbers)
         self.count += found
 

@@ -12,11 +12,10 @@ from weaveusd.contract import TEXTURE_DIR
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
+from weaveusd.validate.textures import Band, Header
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    Bools = NDArray[np.bool_]
 
 OTHER = Code("drawdown-disagrees", Status.FAIL, "The textures show another weave than is stated.")
 UNEVEN = Code(
@@ -43,49 +42,68 @@ MAX_CROSSINGS = 1 << 26
     needs=("material", "textures"),
     codes=(OTHER, UNEVEN),
 )
-def drawdown(asset: OpenAsset) -> Iterator[Finding]:
+class Drawdown:
     """The yarns on top, read off the id texture, make the drawdown whose SHA-256 is stated."""
-    where = f"{TEXTURE_DIR}/yarn_id.png"
-    ends, picks = asset.cloth("ends"), asset.cloth("picks")
-    if not ends or not picks or ends < 1 or picks < 1 or ends * picks > MAX_CROSSINGS:
-        return  # attribute/cloth reports it
-    if min(asset.texels_per_thread) < TEXELS_PER_THREAD:
-        yield UNEVEN(f"there are too few texels for {ends} ends and {picks} picks", where)
-        return
-    places = [_warp_up(asset, ends, picks, offset) for offset in OFFSETS]
-    same = np.mean(np.all([place == places[0] for place in places], axis=0))
-    if (places[0] < 0).any():
-        yield UNEVEN("a crossing shows the yarn of neither system", where)
-        return
-    if same < EVEN:
-        yield UNEVEN("threads are not evenly spaced", where)
-        return
-    found = hashlib.sha256(np.packbits(places[0].astype(np.uint8)).tobytes()).hexdigest()
-    if found != asset.cloth("drawdownSha256"):
-        yield OTHER(
-            f"the textures show the drawdown {found}, "
-            f"but weave:drawdownSha256 is {asset.cloth('drawdownSha256')}",
-            where,
-        )
+
+    def __init__(self, asset: OpenAsset) -> None:
+        ends, picks = asset.cloth("ends") or 0, asset.cloth("picks") or 0
+        self._stated = asset.cloth("drawdownSha256")
+        self._ends, self._picks = ends, picks
+        self._known = ends > 0 and picks > 0 and ends * picks <= MAX_CROSSINGS
+        self._coarse = min(asset.texels_per_thread) < TEXELS_PER_THREAD
+        if not self._known or self._coarse:
+            return
+        header = asset.textures.header("yarn_id.png")
+        self._places = [_Place(ends, picks, header, offset) for offset in OFFSETS]
+        self._system = np.full(256, -1, dtype=np.int8)
+        for number, yarn in enumerate(asset.yarns, start=1):
+            self._system[number] = {"warp": 1, "weft": 0}.get(asset.yarn(yarn, "system"), -1)
+
+    def look(self, band: Band) -> None:
+        """Read the crossings that lie in the band."""
+        if self._known and not self._coarse:
+            for place in self._places:
+                place.read(band, self._system)
+
+    def findings(self) -> Iterator[Finding]:
+        """Compare what was read with the drawdown that is stated."""
+        if not self._known:
+            return  # attribute/cloth reports it
+        where = f"{TEXTURE_DIR}/yarn_id.png"
+        if self._coarse:
+            what = f"{self._ends} ends and {self._picks} picks"
+            yield UNEVEN(f"there are too few texels for {what}", where)
+            return
+        middle, *others = (place.warp_up for place in self._places)
+        same = np.mean(np.all([other == middle for other in others], axis=0))
+        if (middle < 0).any():
+            yield UNEVEN("a crossing shows the yarn of neither system", where)
+        elif same < EVEN:
+            yield UNEVEN("threads are not evenly spaced", where)
+        else:
+            found = hashlib.sha256(np.packbits(middle.astype(np.uint8)).tobytes()).hexdigest()
+            if found != self._stated:
+                yield OTHER(
+                    f"the textures show the drawdown {found}, "
+                    f"but weave:drawdownSha256 is {self._stated}",
+                    where,
+                )
 
 
-def _warp_up(
-    asset: OpenAsset, ends: int, picks: int, offset: tuple[float, float]
-) -> NDArray[np.int8]:
-    """Return (picks, ends), row 0 the first pick: 1 warp on top, 0 weft, -1 neither.
+class _Place:
+    """What lies on top at one place in each crossing: `offset`, shares of width and height.
 
-    `offset` is the place in each crossing that is looked at.
+    `warp_up` is (picks, ends), row 0 the first pick: 1 warp on top, 0 weft, -1 neither.
     """
-    header = asset.textures.header("yarn_id.png")
-    columns = ((np.arange(ends) + offset[0]) * header.width / ends).astype(int)
-    rows_up = ((np.arange(picks) + offset[1]) * header.height / picks).astype(int)
-    rows = header.height - 1 - rows_up  # the image's top row has the highest y
-    system = np.full(256, -1, dtype=np.int8)
-    for number, yarn in enumerate(asset.yarns, start=1):
-        system[number] = {"warp": 1, "weft": 0}.get(asset.yarn(yarn, "system"), -1)
-    found = np.empty((picks, ends), dtype=np.int8)
-    for band in asset.textures.bands("yarn_id.png"):
+
+    def __init__(self, ends: int, picks: int, header: Header, offset: tuple[float, float]) -> None:
+        self._columns = ((np.arange(ends) + offset[0]) * header.width / ends).astype(int)
+        rows_up = ((np.arange(picks) + offset[1]) * header.height / picks).astype(int)
+        self._rows = header.height - 1 - rows_up  # the image's top row has the highest y
+        self.warp_up = np.empty((picks, ends), dtype=np.int8)
+
+    def read(self, band: Band, system: NDArray[np.int8]) -> None:
+        """Fill in the crossings in `band`; `system` is what each yarn id belongs to."""
         ids = band.pixels["yarn_id.png"][..., 0]
-        here = np.flatnonzero((rows >= band.first) & (rows < band.first + len(ids)))
-        found[here] = system[ids[np.ix_(rows[here] - band.first, columns)]]
-    return found
+        here = np.flatnonzero((self._rows >= band.first) & (self._rows < band.first + len(ids)))
+        self.warp_up[here] = system[ids[np.ix_(self._rows[here] - band.first, self._columns)]]

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from weaveusd.validate.checks._texels import Tally, any_component
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import TEXTURE_FILES, OpenAsset
 from weaveusd.validate.registry import Code, check
+from weaveusd.validate.textures import Band
 
 NOT_FINITE = Code("texture-not-finite", Status.FAIL, "A texel is infinite or not a number.")
 
@@ -23,12 +22,21 @@ EXPONENT = 0x7C00
     needs=("textures",),
     codes=(NOT_FINITE,),
 )
-def texture_finite(asset: OpenAsset) -> Iterator[Finding]:
+class TextureFinite:
     """Every texel is a finite number."""
-    for file in (name for name in TEXTURE_FILES if name.endswith(".exr")):
-        tally = Tally()
-        for band in asset.textures.bands(file):
-            pixels = band.pixels[file]
-            bits = np.ascontiguousarray(pixels).view(np.uint16)
-            tally.add(band.first, any_component(bits & EXPONENT == EXPONENT), pixels)
-        yield from tally.report(NOT_FINITE, file, "not finite")
+
+    def __init__(self, asset: OpenAsset) -> None:
+        self._tallies = {file: Tally() for file in TEXTURE_FILES if file.endswith(".exr")}
+
+    def look(self, band: Band) -> None:
+        """Count the texels that are not finite."""
+        for file, tally in self._tallies.items():
+            exponents = band.words(file) & EXPONENT
+            if exponents.max() == EXPONENT:
+                faulty = any_component(exponents == EXPONENT)
+                tally.add(band.first, faulty, band.pixels[file])
+
+    def findings(self) -> Iterator[Finding]:
+        """Report every file that holds such texels."""
+        for file, tally in self._tallies.items():
+            yield from tally.report(NOT_FINITE, file, "not finite")

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from weaveusd.validate.checks._texels import Tally
+from weaveusd.validate.compiled import compiled
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
+from weaveusd.validate.textures import Band, vector_table
+
+if TYPE_CHECKING:
+    from weaveusd.validate.textures import Floats32, Words
 
 NOT_ORTHOGONAL = Code(
     "frame-not-orthogonal",
@@ -27,12 +33,33 @@ TOLERANCE = 4e-3
     needs=("textures",),
     codes=(NOT_ORTHOGONAL,),
 )
-def orthogonal_frames(asset: OpenAsset) -> Iterator[Finding]:
+class OrthogonalFrames:
     """Tangents are at right angles to normals."""
-    for suffix in (".exr", ".png"):
-        normal, tangent = f"normal{suffix}", f"tangent{suffix}"
-        tally = Tally()
-        for band in asset.textures.bands(normal, tangent):
-            product = np.einsum("rwc,rwc->rw", band.vectors(normal), band.vectors(tangent))
-            tally.add(band.first, np.abs(product) > TOLERANCE, product)
-        yield from tally.report(NOT_ORTHOGONAL, tangent, "not at right angles to the normal")
+
+    def __init__(self, asset: OpenAsset) -> None:
+        self._tallies = {suffix: Tally() for suffix in (".exr", ".png")}
+
+    def look(self, band: Band) -> None:
+        """Count the texels whose vectors are not at right angles."""
+        for suffix, tally in self._tallies.items():
+            normal, tangent = band.words(f"normal{suffix}"), band.words(f"tangent{suffix}")
+            products = np.empty(normal.shape[:2], np.float32)
+            _multiply(normal, tangent, vector_table(suffix), products)
+            tally.add(band.first, products > TOLERANCE, products)
+
+    def findings(self) -> Iterator[Finding]:
+        """Report the tangents of either file."""
+        for suffix, tally in self._tallies.items():
+            law = "not at right angles to the normal"
+            yield from tally.report(NOT_ORTHOGONAL, f"tangent{suffix}", law)
+
+
+@compiled
+def _multiply(normal: Words, tangent: Words, table: Floats32, products: Floats32) -> None:
+    """Fill in |n · t| of each texel."""
+    for row in range(normal.shape[0]):
+        for column in range(normal.shape[1]):
+            product = np.float32(0)
+            for k in range(3):
+                product += table[normal[row, column, k]] * table[tangent[row, column, k]]
+            products[row, column] = abs(product)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from weaveusd.validate.checks._texels import Tally, any_component
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
+from weaveusd.validate.textures import Band
 
 COLOR = Code("albedo-range", Status.FAIL, "An albedo is negative or above 1.")
 ABOVE = Code("height-above-crown", Status.FAIL, "A height is above the crown of the highest float.")
@@ -17,6 +20,8 @@ COVERAGE = Code("opacity-between", Status.WARN, "An opacity is between 0 and 1 w
 HALF_STEP = 2.0**-11
 """Half floats next to 1 are rounded by at most this, relatively."""
 
+ONE, MINUS_ZERO = 0x3C00, 0x8000
+"""Bits of half floats; those of positive ones count up with the number, of negative ones down."""
 
 SIGMAS = 3.0
 """Standard deviations that no yarn's thickness strays beyond."""
@@ -28,25 +33,43 @@ SIGMAS = 3.0
     needs=("material", "textures"),
     codes=(COLOR, ABOVE, BELOW, COVERAGE),
 )
-def value_ranges(asset: OpenAsset) -> Iterator[Finding]:
+class ValueRanges:
     """Albedos are from 0 to 1, heights within the cloth; only hairs are half transparent."""
-    color, above, below, coverage = Tally(), Tally(), Tally(), Tally()
-    thickness = asset.cloth("thickness")
-    hairy = any(asset.yarn(yarn, "hairiness") for yarn in asset.yarns)
-    uneven = max((asset.yarn(yarn, "thicknessDeviation") or 0.0 for yarn in asset.yarns), default=0)
-    # A slub stands higher than the mean yarn, whose thickness is stated; heights count from it.
-    lowest = -(thickness or 0.0) * (1 + SIGMAS * uneven) * (1 + HALF_STEP)
-    for band in asset.textures.bands("base_color.exr", "height.exr", "opacity.png"):
+
+    def __init__(self, asset: OpenAsset) -> None:
+        self._color, self._above, self._below, self._coverage = Tally(), Tally(), Tally(), Tally()
+        self._thickness = asset.cloth("thickness")
+        self._hairy = any(asset.yarn(yarn, "hairiness") for yarn in asset.yarns)
+        deviations = (asset.yarn(yarn, "thicknessDeviation") or 0.0 for yarn in asset.yarns)
+        uneven = max(deviations, default=0.0)
+        # A slub stands higher than the mean yarn, whose thickness is stated; heights count from it.
+        self._lowest = -(self._thickness or 0.0) * (1 + SIGMAS * uneven) * (1 + HALF_STEP)
+
+    def look(self, band: Band) -> None:
+        """Count the texels outside."""
         albedo = band.pixels["base_color.exr"]
-        color.add(band.first, any_component((albedo < 0) | (albedo > 1)), albedo)
-        height = band.pixels["height.exr"][..., 0]
-        above.add(band.first, height > 0, height)
-        if isinstance(thickness, float):
-            below.add(band.first, height < lowest, height)
+        if band.words("base_color.exr").max() > ONE:
+            self._color.add(band.first, any_component((albedo < 0) | (albedo > 1)), albedo)
+        self._look_at_heights(band)
         opacity = band.pixels["opacity.png"][..., 0]
-        if not hairy:
-            coverage.add(band.first, (opacity > 0) & (opacity < 255), opacity)
-    yield from color.report(COLOR, "base_color.exr", "outside 0 to 1")
-    yield from above.report(ABOVE, "height.exr", "above the highest crown")
-    yield from below.report(BELOW, "height.exr", f"below the cloth, {thickness} mm thick")
-    yield from coverage.report(COVERAGE, "opacity.png", "neither 0 nor 255")
+        if not self._hairy:
+            self._coverage.add(band.first, (opacity > 0) & (opacity < 255), opacity)
+
+    def _look_at_heights(self, band: Band) -> None:
+        """Comparing half floats takes long: the range of their bits tells whether one must."""
+        height = band.pixels["height.exr"][..., 0]
+        bits = band.words("height.exr")
+        if bits.view(np.int16).max() > 0:
+            self._above.add(band.first, height > 0, height)
+        deepest = bits.max()
+        inside = deepest <= MINUS_ZERO or deepest.view(np.float16) >= self._lowest
+        if isinstance(self._thickness, float) and not inside:
+            self._below.add(band.first, height < self._lowest, height)
+
+    def findings(self) -> Iterator[Finding]:
+        """Report what lies outside."""
+        yield from self._color.report(COLOR, "base_color.exr", "outside 0 to 1")
+        yield from self._above.report(ABOVE, "height.exr", "above the highest crown")
+        below = f"below the cloth, {self._thickness} mm thick"
+        yield from self._below.report(BELOW, "height.exr", below)
+        yield from self._coverage.report(COVERAGE, "opacity.png", "neither 0 nor 255")

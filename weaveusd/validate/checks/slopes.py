@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from weaveusd.contract import TEXTURE_DIR
-from weaveusd.validate.checks._texels import SOLID, solid_ids
+from weaveusd.validate.compiled import compiled
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
-from weaveusd.validate.textures import Band
+from weaveusd.validate.textures import HALVES, Band
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    Floats32 = NDArray[np.float32]
+    from weaveusd.validate.textures import Floats32, Words
+
+    Bytes = NDArray[np.uint8]
+    Rows = tuple[NDArray[Any], ...]  # heights, normals, yarn ids, opacities
 
 DISAGREE = Code(
     "normal-not-of-height", Status.FAIL, "Normals do not lean down the slopes of the heights."
@@ -31,6 +34,9 @@ STEEPEST = 2.0
 
 FLAT = 1e-3
 """A surface whose root mean square slope is less has no direction to compare."""
+
+REACH = 2
+"""Texels on either side of one that is judged, all of its own yarn."""
 
 AGREEMENT = 0.5
 """Least correlation: 1 for true normals, -1 for a flipped axis, 0 for exchanged ones."""
@@ -49,56 +55,99 @@ FEWEST = 0.02
     needs=("material", "textures"),
     codes=(DISAGREE, COARSE),
 )
-def slopes(asset: OpenAsset) -> Iterator[Finding]:
+class Slopes:
     """Normals lean down the slopes of the height texture, along both axes."""
-    header = asset.textures.header("height.exr")
-    repeat = asset.cloth("repeatWidth"), asset.cloth("repeatHeight")
-    if not all(isinstance(size, float) and size > 0 for size in repeat):
-        return  # attribute/cloth reports it
-    texel_mm = repeat[0] / header.width, repeat[1] / header.height
-    sums = np.zeros((2, 3))
-    texels, judged = 0, np.zeros(2)
-    for band in asset.textures.bands("height.exr", "normal.exr", *SOLID):
-        for axis, (expected, found) in enumerate(_pairs(band, texel_mm)):
-            sums[axis] += expected @ expected, found @ found, expected @ found
-            judged[axis] += len(expected)
-        texels += band.pixels["yarn_id.png"].size
-    for axis, name in enumerate("xy"):
-        from_height, from_normal, both = sums[axis]
-        if asset.texels_per_thread[axis] < TEXELS_PER_THREAD or judged[axis] < FEWEST * texels:
-            yield COARSE(f"there are too few texels for each thread along {name}")
-            continue
-        if from_height < FLAT**2 * judged[axis]:
-            continue
-        correlation = both / max(np.sqrt(from_height * from_normal), np.finfo(float).tiny)
-        if correlation < AGREEMENT:
-            yield DISAGREE(
-                f"slopes along {name} correlate with the heights' by {correlation:.2f}, "
-                f"expected at least {AGREEMENT}",
-                f"{TEXTURE_DIR}/normal.exr",
-            )
+
+    def __init__(self, asset: OpenAsset) -> None:
+        self._asset = asset
+        self._repeat_mm = asset.cloth("repeatWidth"), asset.cloth("repeatHeight")
+        header = asset.textures.header("height.exr")
+        self._size = header.width, header.height
+        self._stated = all(isinstance(size, float) and size > 0 for size in self._repeat_mm)
+        self._sums = np.zeros((2, 3))  # squares from heights, from normals, products; x then y
+        self._judged = np.zeros(2, np.int64)
+        self._texels = 0
+        self._above: Rows | None = None  # the last rows of the band before
+
+    def look(self, band: Band) -> None:
+        """Compare the slopes of the band, and of the rows on both sides of its upper edge."""
+        if not self._stated:
+            return
+        pixels = band.pixels
+        rows = (
+            band.words("height.exr"), band.words("normal.exr"),
+            pixels["yarn_id.png"], pixels["opacity.png"],
+        )  # fmt: skip
+        self._add(0, rows)
+        self._add(1, rows)
+        if self._above is not None:
+            both = zip(self._above, rows, strict=True)
+            self._add(1, tuple(np.concatenate([a, b[: 2 * REACH]]) for a, b in both))
+        self._above = tuple(here[-2 * REACH :].copy() for here in rows)
+        self._texels += pixels["yarn_id.png"].size
+
+    def _add(self, axis: int, rows: Rows) -> None:
+        # Image rows run against y.
+        step = (1, -1)[axis] * self._repeat_mm[axis] / self._size[axis]
+        _compare(axis, np.float32(2 * step), *rows, HALVES, self._sums[axis], self._judged)
+
+    def findings(self) -> Iterator[Finding]:
+        """Report the axes along which they do not agree."""
+        if not self._stated:
+            return  # attribute/cloth reports it
+        for axis, name in enumerate("xy"):
+            from_height, from_normal, both = self._sums[axis]
+            judged = self._judged[axis]
+            coarse = self._asset.texels_per_thread[axis] < TEXELS_PER_THREAD
+            if coarse or judged < FEWEST * self._texels:
+                yield COARSE(f"there are too few texels for each thread along {name}")
+                continue
+            if from_height < FLAT**2 * judged:
+                continue
+            correlation = both / max(np.sqrt(from_height * from_normal), np.finfo(float).tiny)
+            if correlation < AGREEMENT:
+                yield DISAGREE(
+                    f"slopes along {name} correlate with the heights' by {correlation:.2f}, "
+                    f"expected at least {AGREEMENT}",
+                    f"{TEXTURE_DIR}/normal.exr",
+                )
 
 
-def _pairs(band: Band, texel_mm: tuple[float, float]) -> Iterator[tuple[Floats32, Floats32]]:
-    """Yield the slopes along x, then y, of the heights and as the normals have them.
+@compiled
+def _compare(
+    axis: int,
+    distance: np.float32,
+    heights: Words,
+    normals: Words,
+    ids: Bytes,
+    opacities: Bytes,
+    table: Floats32,
+    sums: NDArray[np.float64],
+    judged: NDArray[np.int64],
+) -> None:
+    """Add the slopes along `axis`, 0 for x, of the heights and as the normals have them.
 
-    Only texels that have two of their own yarn on either side count.
+    `distance` is that of the texels before and after one, in mm along the axis. Texels count
+    that have two of their own yarn on either side; hairs, half transparent, have no surface.
     """
-    height = band.pixels["height.exr"][..., 0].astype(np.float32)
-    ids = solid_ids(band)
-    normal = band.vectors("normal.exr")
-    for axis, step in ((1, texel_mm[0]), (0, -texel_mm[1])):  # image rows run against y
-        before2, before, here, after, after2 = _neighbors(axis)
-        expected = (height[after] - height[before]) / np.float32(2 * step)
-        lean, up = normal[here][..., 1 - axis], normal[here][..., 2]
-        inside = (np.abs(lean) < STEEPEST * up) & (np.abs(expected) < STEEPEST) & (ids[here] > 0)
-        for place in (before2, before, after, after2):
-            inside &= ids[place] == ids[here]
-        found = -lean[inside] / up[inside]
-        yield expected[inside], found
-
-
-def _neighbors(axis: int) -> list[tuple[slice, ...]]:
-    """Return the indices of the texels -2, -1, 0, 1 and 2 from each inner texel of `axis`."""
-    cuts = [slice(start, stop) for start, stop in enumerate((-4, -3, -2, -1, None))]
-    return [(cut,) if axis == 0 else (slice(None), cut) for cut in cuts]
+    down, right = axis, 1 - axis
+    steepest = np.float32(STEEPEST)
+    for row in range(REACH * down, ids.shape[0] - REACH * down):
+        for column in range(REACH * right, ids.shape[1] - REACH * right):
+            number = ids[row, column, 0]
+            inside = number > 0
+            for k in range(-REACH, REACH + 1):
+                r, c = row + k * down, column + k * right
+                inside &= ids[r, c, 0] == number and opacities[r, c, 0] == 255
+            if not inside:
+                continue
+            before = table[heights[row - down, column - right, 0]]
+            after = table[heights[row + down, column + right, 0]]
+            expected = (after - before) / distance
+            lean, up = table[normals[row, column, axis]], table[normals[row, column, 2]]
+            if abs(lean) < steepest * up and abs(expected) < steepest:
+                found = -lean / up
+                sums[0] += np.float64(expected) * expected
+                sums[1] += np.float64(found) * found
+                sums[2] += np.float64(expected) * found
+                judged[axis] += 1

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from weaveusd.contract import TEXTURE_DIR
 from weaveusd.errors import InputError
 from weaveusd.validate.model import Finding, Status
-from weaveusd.validate.open_asset import TEXTURE_FILES, OpenAsset, stored_type
+from weaveusd.validate.open_asset import TEXTURE_FILES, OpenAsset, fits, stored_type
 from weaveusd.validate.registry import Code, check
 
 UNREADABLE = Code(
@@ -29,15 +29,14 @@ def texture_files(asset: OpenAsset) -> Iterator[Finding]:
         where = f"{TEXTURE_DIR}/{file}"
         try:
             header = asset.textures.header(file)
-            if (header.channels, header.dtype) != (channel.components, stored_type(file)):
+            if not fits(file, header):
                 yield FORMAT(
                     f"has {header.channels} channels of {header.dtype}, "
                     f"expected {channel.components} of {stored_type(file)}",
                     where,
                 )
-                continue
-            for _ in asset.textures.bands(file):
-                pass
+            elif (fault := asset.decode_fault(file)) is not None:
+                raise fault
         except InputError as error:
             path = asset.textures.folder / file
             yield UNREADABLE(str(error).removeprefix(f"{path}: "), where)

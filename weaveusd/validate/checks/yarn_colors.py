@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from weaveusd.contract import TEXTURE_DIR
+from weaveusd.validate.compiled import compiled
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
+from weaveusd.validate.textures import HALVES, Band
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from weaveusd.validate.textures import Floats32, Words
+
     Doubles = NDArray[np.float64]
-    Floats32 = NDArray[np.float32]
 
 MEAN = Code("color-disagrees", Status.FAIL, "A yarn shows another color than its attribute states.")
 PLACE = Code("color-misplaced", Status.FAIL, "Texels of a yarn show the color of another yarn.")
@@ -49,66 +52,99 @@ STEP = 2
     needs=("material", "textures"),
     codes=(MEAN, PLACE),
 )
-def yarn_colors(asset: OpenAsset) -> Iterator[Finding]:
+class YarnColors:
     """Every yarn shows the color that its attribute states, and no other yarn's."""
-    stated = [asset.yarn(yarn, "color") for yarn in asset.yarns]
-    if not stated or any(color is None or len(color) != 3 for color in stated):
-        return  # attribute/yarns reports it
-    colors = np.array([tuple(color) for color in stated], dtype=np.float64)
-    deviations = [asset.yarn(yarn, "colorDeviation") or 0.0 for yarn in asset.yarns]
-    texels, sums, own, misplaced = _survey(asset, colors, np.array(deviations))
-    where = f"{TEXTURE_DIR}/base_color.exr"
-    for k, yarn in enumerate(asset.yarns):
-        if not texels[k]:
-            continue
-        mean = sums[k] / texels[k]
-        if np.abs(mean - colors[k]).max() > TOLERANCE:
-            yield MEAN(
-                f"{yarn} shows {_text(mean)} on average, stated is {_text(colors[k])}", where
+
+    def __init__(self, asset: OpenAsset) -> None:
+        self._yarns = asset.yarns
+        stated = [asset.yarn(yarn, "color") for yarn in asset.yarns]
+        self._known = bool(stated) and all(color is not None for color in stated)
+        if not self._known:
+            return
+        self._colors = np.array([tuple(color) for color in stated], dtype=np.float64)
+        distinct = np.unique(self._colors, axis=0).astype(np.float32)
+        self._own = self._colors.astype(np.float32)
+        self._others = distinct if len(distinct) <= MAX_COLORS else distinct[:0]
+        # A tone of a color, three deviations lighter or darker, is that color.
+        deviations = [asset.yarn(yarn, "colorDeviation") or 0.0 for yarn in asset.yarns]
+        self._spread = np.clip(3 * TONE * np.array(deviations), 0, 0.7).astype(np.float32)
+        self._counts = np.zeros((3, len(stated)), np.int64)  # looked at, own color, another's
+        self._sums = np.zeros((len(stated), 3))
+
+    def look(self, band: Band) -> None:
+        """Add up the colors of each yarn, and count the texels that show it or another."""
+        if self._known:
+            _add_colors(
+                band.pixels["yarn_id.png"][::STEP, ::STEP, 0],
+                band.words("base_color.exr")[::STEP, ::STEP],
+                HALVES,
+                self._own,
+                self._others,
+                self._spread,
+                self._sums,
+                self._counts,
             )
-        if own[k] > OWN * texels[k] and misplaced[k] > MISPLACED * texels[k]:
-            share = misplaced[k] / texels[k]
-            yield PLACE(f"{share:.1%} of {yarn} show the color of another yarn", where)
+
+    def findings(self) -> Iterator[Finding]:
+        """Report yarns of another color, and colors that lie on another yarn."""
+        if not self._known:
+            return  # attribute/yarns reports it
+        where = f"{TEXTURE_DIR}/base_color.exr"
+        for k, yarn in enumerate(self._yarns):
+            texels, own, misplaced = self._counts[:, k]
+            if not texels:
+                continue
+            mean = self._sums[k] / texels
+            if np.abs(mean - self._colors[k]).max() > TOLERANCE:
+                stated = _text(self._colors[k])
+                yield MEAN(f"{yarn} shows {_text(mean)} on average, stated is {stated}", where)
+            if own > OWN * texels and misplaced > MISPLACED * texels:
+                share = misplaced / texels
+                yield PLACE(f"{share:.1%} of {yarn} show the color of another yarn", where)
 
 
-def _survey(
-    asset: OpenAsset, colors: Doubles, deviations: Doubles
-) -> tuple[Doubles, Doubles, Doubles, Doubles]:
-    """Return for each yarn its texels looked at, the sum of their colors, and how many show it.
+@compiled
+def _add_colors(
+    ids: NDArray[np.uint8],
+    words: Words,
+    table: Floats32,
+    colors: Floats32,
+    others: Floats32,
+    spread: Floats32,
+    sums: Doubles,
+    counts: NDArray[np.int64],
+) -> None:
+    """Add the colors shown by each yarn to `sums`, (Y, 3), and its texels to `counts`, (3, Y).
 
-    Those that show its color, and those that show another's: a tone of a color, three
-    `deviations` lighter or darker, is that color. Shapes are (Y,), (Y, 3), (Y,) and (Y,).
+    Those looked at, those that show the yarn's color in some tone, and those that are nearer to
+    one of the `others` that differ from it. Without `others`, only the first are counted.
     """
-    count = len(colors)
-    distinct = np.unique(colors, axis=0).astype(np.float32)
-    texels, sums = np.zeros(count), np.zeros((count, 3))
-    shares = np.zeros((2, count))
-    spread = np.clip(3 * TONE * deviations, 0, 0.7).astype(np.float32)
-    for band in asset.textures.bands("base_color.exr", "yarn_id.png"):
-        ids = band.pixels["yarn_id.png"][::STEP, ::STEP, 0].ravel().astype(np.intp) - 1
-        shown = band.pixels["base_color.exr"][::STEP, ::STEP].reshape(-1, 3).astype(np.float32)
-        known = (ids >= 0) & (ids < count)
-        ids, shown = ids[known], shown[known]
-        texels += np.bincount(ids, minlength=count)
-        for channel in range(3):
-            sums[:, channel] += np.bincount(ids, weights=shown[:, channel], minlength=count)
-        if len(distinct) <= MAX_COLORS:
-            own = colors.astype(np.float32)[ids]
-            away = _from_tones(shown, own, spread[ids])
-            wrong = np.zeros(len(ids), dtype=bool)
-            for other in distinct:
-                apart = np.square(own - other).sum(axis=1) > DISTINCT**2
-                wrong |= apart & (np.square(shown - other).sum(axis=1) < away)
-            near = away < DISTINCT**2
-            shares += [np.bincount(ids, weights=w, minlength=count) for w in (near, wrong)]
-    return texels, sums, *shares
-
-
-def _from_tones(shown: Floats32, own: Floats32, spread: Floats32) -> Floats32:
-    """Return the squared distance (n,) of colors (n, 3) from the nearest tone of `own`."""
-    squared = np.maximum(np.square(own).sum(axis=1), 1e-12)
-    scale = np.clip((shown * own).sum(axis=1) / squared, 1 - spread, 1 + 2 * spread)
-    return np.asarray(np.square(shown - scale[:, None] * own).sum(axis=1))
+    one, distinct = np.float32(1), np.float32(DISTINCT**2)
+    for row in range(ids.shape[0]):
+        for column in range(ids.shape[1]):
+            yarn = int(ids[row, column]) - 1
+            if yarn < 0 or yarn >= len(colors):
+                continue
+            red = table[words[row, column, 0]]
+            green = table[words[row, column, 1]]
+            blue = table[words[row, column, 2]]
+            sums[yarn, 0] += red
+            sums[yarn, 1] += green
+            sums[yarn, 2] += blue
+            counts[0, yarn] += 1
+            if not len(others):
+                continue
+            r, g, b = colors[yarn, 0], colors[yarn, 1], colors[yarn, 2]
+            tone = (red * r + green * g + blue * b) / max(r * r + g * g + b * b, np.float32(1e-12))
+            tone = min(max(tone, one - spread[yarn]), one + 2 * spread[yarn])
+            away = (red - tone * r) ** 2 + (green - tone * g) ** 2 + (blue - tone * b) ** 2
+            wrong = False
+            for k in range(len(others)):
+                x, y, z = others[k, 0], others[k, 1], others[k, 2]
+                apart = (r - x) ** 2 + (g - y) ** 2 + (b - z) ** 2 > distinct
+                wrong |= apart and (red - x) ** 2 + (green - y) ** 2 + (blue - z) ** 2 < away
+            counts[1, yarn] += away < distinct
+            counts[2, yarn] += wrong
 
 
 def _text(color: Doubles) -> str:
