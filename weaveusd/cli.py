@@ -53,6 +53,8 @@ class Context(str, Enum):
     """Whose networks a render reads first."""
 
     mitsuba = "mitsuba"
+    mtlx = "mtlx"
+    openpbr = "openpbr"
     preview = "preview"
 
 
@@ -194,7 +196,10 @@ def render(
     spp: Annotated[int, typer.Option(min=1, max=1 << 20, help="Samples a pixel.")] = 64,
     seed: Annotated[int, typer.Option(min=0)] = 0,
     context: Annotated[
-        Context, typer.Option(help="Networks to read first: the exact ones or the preview's.")
+        Context,
+        typer.Option(
+            help="Networks to read first: the exact ones, those of MaterialX, or the preview's."
+        ),
     ] = Context.mitsuba,
     as_json: Json = False,
 ) -> None:

@@ -130,7 +130,7 @@ def test_an_output_that_cannot_be_written_stops_at_once(
         ({"spp": 0}, "spp is 0"),
         ({"seed": -1}, "seed is -1"),
         ({"variant": "llvm_mono"}, "unknown variant 'llvm_mono'"),
-        ({"context": "mtlx"}, "unknown render context 'mtlx'"),
+        ({"context": "arnold"}, "unknown render context 'arnold'"),
         ({"camera": "/Nowhere"}, "/Nowhere is no camera"),
     ],
 )

@@ -280,5 +280,5 @@ def test_missing_references_are_reported(mi: Any, stage: Any) -> None:
 
 
 def test_an_unknown_context_is_refused(mi: Any, stage: Any) -> None:
-    with pytest.raises(InputError, match="unknown render context 'mtlx': expected mitsuba or"):
-        picture(stage, 4, 1, context="mtlx")
+    with pytest.raises(InputError, match="unknown render context 'arnold': expected mitsuba, mtlx"):
+        picture(stage, 4, 1, context="arnold")

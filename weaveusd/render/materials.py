@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,53 +10,74 @@ from pxr import Usd, UsdShade
 
 from weaveusd import contract
 from weaveusd.errors import InputError, StageError
-from weaveusd.render import cloth, preview
+from weaveusd.render import cloth, nodes_mtlx, nodes_usd, preview
+from weaveusd.render.bindings import bound_material
+from weaveusd.render.fields import Fields
+from weaveusd.render.look import Look, make_look
 from weaveusd.render.model import Losses
+from weaveusd.render.network import Network, Reader
+from weaveusd.render.nodes import shader_id, source_of
+from weaveusd.render.rasters import Rasters
+from weaveusd.render.surface import Surface
 
 PREVIEW = "preview"
-CONTEXTS = (contract.MITSUBA_CONTEXT, PREVIEW)
-"""Render contexts that can be asked for; the first falls back to the second."""
+MTLX = "mtlx"
+OPENPBR = "openpbr"
+
+_ROADS: dict[str, tuple[str, ...]] = {
+    contract.MITSUBA_CONTEXT: (contract.MITSUBA_CONTEXT, MTLX, ""),
+    MTLX: (MTLX, ""),
+    OPENPBR: (MTLX, ""),
+    PREVIEW: ("",),
+}
+"""For each context that can be asked for, the outputs of a material that are tried, in order.
+
+The empty name is the universal output, `outputs:surface`.
+"""
+
+CONTEXTS = tuple(_ROADS)
 
 DEFAULT_GRAY = 0.18
 """Reflectance of what has neither material nor display color, as in usdview."""
 
-
-@dataclass(frozen=True, slots=True)
-class Look:
-    """A material ready for shapes: the BSDF's dictionary, and what a shape must bring.
-
-    `opaque` BSDFs have a black back until they are made two-sided; `pierced` ones let light pass
-    straight through some of their points.
-    """
-
-    bsdf: dict[str, Any]
-    uv: str | None = None
-    emission: dict[str, Any] | None = None
-    opaque: bool = True
-    pierced: bool = False
+SURFACES: Mapping[str, Callable[[Network, UsdShade.Shader], Surface]] = {
+    **dict.fromkeys(preview.SHADER_IDS, preview.read),
+}
+"""Reads a surface shader, by `info:id`."""
 
 
 @dataclass(slots=True)
 class Looks:
-    """Translates every material once."""
+    """Translates every material once, and equal networks to one look."""
 
     context: str
     time: Usd.TimeCode
     losses: Losses
     _known: dict[str, Look | None] = field(default_factory=dict)
+    _made: dict[tuple[object, ...], Look] = field(default_factory=dict)
+    _fields: Fields = field(default_factory=Fields)
+    _rasters: Rasters = field(default_factory=Rasters)
+    _readers: dict[str, Reader] = field(
+        default_factory=lambda: {**nodes_usd.readers(), **nodes_mtlx.readers()}
+    )
 
     def __post_init__(self) -> None:
         if self.context not in CONTEXTS:
+            expected = ", ".join(CONTEXTS[:-1])
             raise InputError(
-                f"unknown render context '{self.context}': expected {' or '.join(CONTEXTS)}"
+                f"unknown render context '{self.context}': expected {expected} or {CONTEXTS[-1]}"
             )
 
     def of(self, prim: Usd.Prim) -> Look | None:
-        """Return the look of the material bound to `prim` or above it; None where none serves."""
-        material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(UsdShade.Tokens.full)
-        if not material:
-            if _has_unresolved_binding(prim):
-                self.losses.dropped(prim, "its material binding names no material")
+        """Return the look of the material bound to `prim` or above it; None where none serves.
+
+        Raises
+        ------
+        StageError
+            When a cloth is broken.
+        """
+        material = bound_material(prim, self.losses)
+        if material is None:
             return None
         path = str(material.GetPath())
         if path not in self._known:
@@ -63,37 +85,51 @@ class Looks:
         return self._known[path]
 
     def _translate(self, material: UsdShade.Material) -> Look | None:
-        """Return the look in the wanted context, else in the universal one."""
-        if self.context == contract.MITSUBA_CONTEXT:
-            look = self._exact(material)
-            if look is not None:
-                return look
-        shader = _surface(material, UsdShade.Tokens.universalRenderContext)
-        if shader is None:
+        """Return the look by the first output that has a shader which is understood."""
+        refused = []
+        for context in _ROADS[self.context]:
+            try:
+                source = source_of(material.GetSurfaceOutput(context))
+            except StageError as error:
+                self.losses.dropped(material.GetPrim(), str(error))
+                continue
+            if source is None or source.node is None:
+                continue
+            if context == contract.MITSUBA_CONTEXT:
+                if shader_id(source.node) == contract.CLOTH_SHADER_ID:
+                    return self._cloth(source.node)
+            elif shader_id(source.node) in SURFACES:
+                return self._surface(source.node)
+            refused.append(source.node)
+        for shader in refused:
+            name = shader_id(shader) or "without id"
+            self.losses.dropped(shader.GetPrim(), f"surface shader {name}")
+        if not refused:
             self.losses.dropped(material.GetPrim(), "material has no surface that is understood")
-            return None
-        if shader.GetShaderId() != preview.SHADER_ID:
-            self.losses.dropped(shader.GetPrim(), f"surface shader {shader.GetShaderId()}")
-            return None
+        return None
+
+    def _surface(self, shader: UsdShade.Shader) -> Look | None:
+        net = Network(self.time, self.losses, self._fields, self._rasters, self._readers)
         try:
-            made = preview.translate(shader, self.time, self.losses)
+            surface = SURFACES[shader_id(shader)](net, shader)
         except StageError as error:
             self.losses.dropped(shader.GetPrim(), str(error))
             return None
-        return Look(made.bsdf, made.uv, made.emission, made.opaque, pierced=not made.opaque)
+        return self._once(surface.key(), lambda: make_look(surface, self._fields))
 
-    def _exact(self, material: UsdShade.Material) -> Look | None:
-        shader = _surface(material, contract.MITSUBA_CONTEXT)
-        if shader is None:
-            return None
-        if shader.GetShaderId() != contract.CLOTH_SHADER_ID:
-            self.losses.dropped(
-                shader.GetPrim(),
-                f"surface shader {shader.GetShaderId()}, expected {contract.CLOTH_SHADER_ID}",
-            )
-            return None
-        bsdf, uv = cloth.translate(shader, self.time, self.losses)
-        return Look(bsdf, uv, opaque=False, pierced=True)
+    def _cloth(self, shader: UsdShade.Shader) -> Look:
+        def make() -> Look:
+            bsdf, uv = cloth.translate(shader, self.time, self.losses)
+            return Look(bsdf, uv, opaque=False, pierced=True)
+
+        values = (source_of(given) for given in shader.GetInputs())
+        key = tuple(repr(v.attribute.Get(self.time)) for v in values if v is not None)
+        return self._once(("cloth", *key), make)
+
+    def _once(self, key: tuple[object, ...], make: Callable[[], Look]) -> Look:
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]
 
 
 def default_look(color: dict[str, Any]) -> Look:
@@ -103,24 +139,3 @@ def default_look(color: dict[str, Any]) -> Look:
 
 PLAIN = default_look({"type": "rgb", "value": [DEFAULT_GRAY] * 3})
 VERTEX_COLORED = default_look({"type": "mesh_attribute", "name": "vertex_color"})
-
-
-def _surface(material: UsdShade.Material, context: str) -> UsdShade.Shader | None:
-    """Return the shader that feeds the surface output of exactly this context, or None."""
-    output = material.GetSurfaceOutput(context)
-    if not output:
-        return None
-    for attribute in UsdShade.Utils.GetValueProducingAttributes(output, True):
-        shader = UsdShade.Shader(attribute.GetPrim())
-        if shader:
-            return shader
-    return None
-
-
-def _has_unresolved_binding(prim: Usd.Prim) -> bool:
-    while prim and not prim.IsPseudoRoot():
-        relation = prim.GetRelationship(UsdShade.Tokens.materialBinding)
-        if relation and relation.GetTargets():
-            return True
-        prim = prim.GetParent()
-    return False

@@ -1,56 +1,70 @@
-"""Nodes of UsdShade networks: what feeds an input, and what a node means."""
+"""Connections of UsdShade: what feeds an input, through the boundaries of node graphs."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
-import numpy as np
 from pxr import Usd, UsdShade
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from weaveusd.errors import StageError
 
-    Doubles = NDArray[np.float64]
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Source:
+    """What an input takes its value from: a node's output, or an attribute with a value."""
+
+    attribute: Usd.Attribute
+    node: UsdShade.Shader | None = None
+
+    @property
+    def output(self) -> str:
+        """Return the name of the node's output."""
+        return str(self.attribute.GetBaseName())
+
+
+def source_of(given: Any) -> Source | None:
+    """Return what feeds an input or output of a shader, material or node graph.
+
+    None where nothing is there at all. Of several connections the first counts, as in USD.
+
+    Raises
+    ------
+    StageError
+        When a connection leads nowhere or in a circle.
+    """
+    attribute = given.GetAttr() if given else None
+    if not attribute:
+        return None
+    stage = attribute.GetStage()
+    seen = set()
+    while True:
+        if attribute.GetPath() in seen:
+            raise StageError(f"{attribute.GetPath()} is connected in a circle")
+        seen.add(attribute.GetPath())
+        targets = attribute.GetConnections()
+        if not targets:
+            return Source(attribute)
+        target = stage.GetAttributeAtPath(targets[0])
+        if not target:
+            raise StageError(f"{attribute.GetPath()} is connected to {targets[0]}, which is not")
+        attribute = target
+        if UsdShade.Output.IsOutput(target) and not UsdShade.NodeGraph(target.GetPrim()):
+            return Source(target, UsdShade.Shader(target.GetPrim()) or None)
 
 
 def node_value(node: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:
-    """Return the value of an input through its connections, None if a node's output feeds it."""
-    given = node.GetInput(name)
-    if not given:
-        return None
-    for attribute in UsdShade.Utils.GetValueProducingAttributes(given):
-        if not UsdShade.Output.IsOutput(attribute):
-            return attribute.Get(time)
-    return given.Get(time)
+    """Return the value of an input through its connections, None if there is none or a node.
+
+    Raises
+    ------
+    StageError
+        When a connection leads nowhere or in a circle.
+    """
+    source = source_of(node.GetInput(name))
+    return None if source is None or source.node is not None else source.attribute.Get(time)
 
 
-def feeding_node(node: UsdShade.Shader, name: str) -> UsdShade.Shader | None:
-    """Return the node whose output feeds an input, or None."""
-    given = node.GetInput(name)
-    if not given:
-        return None
-    for attribute in UsdShade.Utils.GetValueProducingAttributes(given):
-        shader = UsdShade.Shader(attribute.GetPrim())
-        if UsdShade.Output.IsOutput(attribute) and shader:
-            return shader
-    return None
-
-
-def transform_2d(node: UsdShade.Shader, time: Usd.TimeCode) -> Doubles:
-    """Return T·R·S of a UsdTransform2d; it rotates counter-clockwise, in degrees."""
-    scale = node_value(node, "scale", time)
-    shift = node_value(node, "translation", time)
-    angle = np.radians(float(node_value(node, "rotation", time) or 0.0))
-    c, s = float(np.cos(angle)), float(np.sin(angle))
-    sx, sy = scale if scale is not None else (1.0, 1.0)
-    tx, ty = shift if shift is not None else (0.0, 0.0)
-    rotated = np.array(((c, -s, tx), (s, c, ty), (0.0, 0.0, 1.0)))
-    return rotated @ np.diag((float(sx), float(sy), 1.0))
-
-
-def four_channels(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the pixels as RGBA: gray is repeated, a missing alpha is 1."""
-    channels = pixels.shape[2]
-    alpha = pixels[..., -1:] if channels in (2, 4) else np.ones_like(pixels[..., :1])
-    color = pixels[..., :3] if channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
-    return np.concatenate((color, alpha), axis=2)
+def shader_id(node: UsdShade.Shader) -> str:
+    """Return `info:id`, empty where a shader is told by its source."""
+    return str(node.GetShaderId() or "")

@@ -24,8 +24,19 @@ if TYPE_CHECKING:
 MAX_SIDE = 16384
 """Texels along a side of an image that is read."""
 
-MAX_CHANNELS = 8
+MAX_CHANNELS = 64
+"""Channels of an image that is read; the first four of them are."""
+
 MAX_PACKED_BYTES = 1 << 30
+
+Wrap = tuple[str | None, str | None]
+"""`repeat`, `clamp`, `mirror` or `black` for s and t, as a file states them."""
+
+_WRAPS = {"periodic": "repeat", "repeat": "repeat", "clamp": "clamp", "mirror": "mirror",
+          "black": "black"}  # fmt: skip
+
+_AS_STORED = oiio.ImageSpec()
+_AS_STORED.attribute("oiio:UnassociatedAlpha", 1)  # color is not multiplied by alpha
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,6 +46,7 @@ class Image:
     pixels: NDArray[np.float32]  # (H, W, channels), row 0 at the top
     bits: int  # of one stored channel
     is_float: bool
+    wrap: Wrap = (None, None)
 
 
 def resolved(asset: Any, where: str) -> str:
@@ -52,21 +64,24 @@ def resolved(asset: Any, where: str) -> str:
     return str(asset.resolvedPath)
 
 
-def read_image(path: str, where: str) -> Image:
+def read_image(path: str, where: str, *, most_bytes: int | None = None) -> Image:
     """Return the image at a resolved path, which may lie inside a usdz package.
+
+    Of more than four channels the first four are read.
 
     Raises
     ------
     StageError
-        When the file is no image, holds a texel that is no finite number, or is larger than
-        `MAX_SIDE`; sizes are taken from the header, before memory is.
+        When the file is no image, holds a texel that is no finite number, is larger than
+        `MAX_SIDE` or would take more than `most_bytes` of memory; sizes are taken from the
+        header, before memory is.
     """
     with _on_disk(path, where) as file:
-        opened = oiio.ImageInput.open(file)
+        opened = oiio.ImageInput.open(file, _AS_STORED)
         if opened is None:
             raise StageError(f"{where}: {path} is no image that can be read: {_reason()}")
         try:
-            return _decode(opened, path, where)
+            return _decode(opened, path, where, most_bytes)
         finally:
             opened.close()
 
@@ -101,7 +116,7 @@ def to_srgb(values: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.where(clipped <= 0.0031308, clipped * 12.92, high).astype(np.float32)
 
 
-def _decode(opened: Any, path: str, where: str) -> Image:
+def _decode(opened: Any, path: str, where: str, most_bytes: int | None) -> Image:
     spec = opened.spec()
     if not (0 < spec.width <= MAX_SIDE and 0 < spec.height <= MAX_SIDE and spec.depth <= 1):
         raise StageError(
@@ -110,14 +125,25 @@ def _decode(opened: Any, path: str, where: str) -> Image:
         )
     if not 0 < spec.nchannels <= MAX_CHANNELS:
         raise StageError(f"{where}: {path} has {spec.nchannels} channels, at most {MAX_CHANNELS}")
-    pixels = opened.read_image(0, 0, 0, spec.nchannels, oiio.FLOAT)
+    channels = min(spec.nchannels, 4)
+    size = spec.width * spec.height * channels * 4
+    if most_bytes is not None and size > most_bytes:
+        raise StageError(f"{where}: {path} takes {size} bytes, of which {most_bytes} are left")
+    pixels = opened.read_image(0, 0, 0, channels, oiio.FLOAT)
     if pixels is None:
         raise StageError(f"{where}: {path} cannot be decoded: {_reason(opened)}")
-    pixels = np.asarray(pixels, np.float32).reshape(spec.height, spec.width, spec.nchannels)
+    pixels = np.asarray(pixels, np.float32).reshape(spec.height, spec.width, channels)
     if not np.isfinite(pixels).all():
         raise StageError(f"{where}: {path} holds a texel that is no finite number")
     is_float = spec.format.basetype in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE)
-    return Image(pixels, spec.format.size() * 8, is_float)
+    return Image(pixels, spec.format.size() * 8, is_float, _wrap(spec))
+
+
+def _wrap(spec: Any) -> Wrap:
+    """Return the wrap modes that OpenImageIO's or USD's metadata state."""
+    both = str(spec.getattribute("wrapmodes") or "").split(",")
+    stated = [spec.getattribute(n) or b for n, b in zip(("wrapS", "wrapT"), both * 2, strict=False)]
+    return _WRAPS.get(str(stated[0])), _WRAPS.get(str(stated[-1]))
 
 
 @contextmanager
