@@ -19,6 +19,7 @@ from weaveusd.render.lights.pictures import read_picture
 from weaveusd.render.lights.shaping import read_shaping
 from weaveusd.render.xforms import (
     Placing,
+    mirrors,
     rotation,
     scaling,
     singular,
@@ -88,8 +89,10 @@ def cylinder(inputs: Inputs, placing: Placing) -> Entry | Any:
             inputs.prim, f"cylinder light of radius 0 is shown {_LINE:g} of its length thick"
         )
         radius = length * _LINE
-    # Mitsuba's tube and ours run along z, from 0 to 1.
-    turn = rotation("Y", 90) @ scaling(radius, radius, length)
+    # Mitsuba's tube and ours run along z, from 0 to 1. Mitsuba would turn a mirrored one inside
+    # out, and a tube is its own mirror image.
+    hand = -1 if mirrors(placing.unscaled(inputs.prim)) else 1
+    turn = rotation("Y", 90) @ scaling(radius, hand * radius, length)
     turn[0, 3] = -length / 2
     matrix = placing.unscaled(inputs.prim) @ turn
     area = solids.tube_area(matrix[:3, :3])

@@ -8,7 +8,6 @@ scene. Call `register` before a scene with one of them is loaded.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from weaveusd.render.lights.factor import Factor, properties_of
 from weaveusd.render.lights.shaping import Shaping
 
 if TYPE_CHECKING:
@@ -35,14 +35,14 @@ _FAR = 1e6
 def glow(radiance: dict[str, Any], tint: Doubles, shaping: Shaping | None = None) -> dict[str, Any]:
     """Return an emitter for a shape: a texture's radiance times `tint`, shaped."""
     register()
-    return {"type": GLOW, "radiance": radiance} | _factors(tint, shaping)
+    return {"type": GLOW, "radiance": radiance} | properties_of(tint, shaping)
 
 
 def spot(position: Doubles, intensity: Doubles, shaping: Shaping) -> dict[str, Any]:
     """Return a shaped emitter without extent; `intensity` per steradian along its axis."""
     register()
     at = mi.ScalarVector3f(*position.tolist())
-    return {"type": SPOT, "position": at} | _factors(intensity, shaping)
+    return {"type": SPOT, "position": at} | properties_of(intensity, shaping)
 
 
 def sun(toward: Doubles, radiance: Doubles, half_angle_rad: float) -> dict[str, Any]:
@@ -60,78 +60,6 @@ def sun(toward: Doubles, radiance: Doubles, half_angle_rad: float) -> dict[str, 
 def register() -> None:
     """Make the emitters known to the active variant."""
     _register(mi.variant())
-
-
-def _factors(tint: Doubles, shaping: Shaping | None) -> dict[str, Any]:
-    made: dict[str, Any] = {"tint": mi.ScalarVector3f(*tint.tolist())}
-    if shaping is None or shaping.neutral:
-        return made
-    made |= {f"axis_{k}": mi.ScalarVector3f(*axis.tolist()) for k, axis in enumerate(shaping.axes)}
-    if shaping.cone is not None:
-        cutoff, softness = shaping.cone
-        made |= {"cone": cutoff, "cone_start": cutoff * (1 - softness)}
-    if shaping.focus is not None:
-        exponent, off_axis = shaping.focus
-        made |= {"focus": exponent, "focus_tint": mi.ScalarVector3f(*off_axis.tolist())}
-    if shaping.profile is not None:
-        made["profile"] = mi.TensorXf(np.ascontiguousarray(shaping.profile[..., None]))
-    return made
-
-
-class Factor:
-    """What the emission of a light is multiplied by, from its direction in the picture."""
-
-    def __init__(self, props: Any) -> None:
-        self.tint = mi.Color3f(*props["tint"])
-        dr.make_opaque(self.tint)
-        self.parts: list[Callable[[Any, Any], Any]] = []
-        if not props.has_property("axis_0"):
-            return
-        self.axes = [mi.Vector3f(*props[f"axis_{k}"]) for k in range(3)]
-        dr.make_opaque(self.axes)
-        if props.has_property("cone"):
-            self.cone = [mi.Float(props[name]) for name in ("cone_start", "cone")]
-            self.parts.append(self._within_cone)
-        if props.has_property("focus"):
-            self.exponent = mi.Float(props["focus"])
-            self.off_axis = mi.Color3f(*props["focus_tint"])
-            self.parts.append(self._focused)
-        if props.has_property("profile"):
-            self.profile = mi.Texture2f(props["profile"], wrap_mode=dr.WrapMode.Clamp)
-            self.parts.append(self._measured)
-        dr.make_opaque([getattr(self, n, 0) for n in ("cone", "exponent", "off_axis")])
-
-    def of(self, direction: Any, active: Any) -> Any:
-        """Return the factor for light that leaves along the unit vector `direction`."""
-        factor = self.tint
-        for part in self.parts:
-            factor = factor * part(direction, active)
-        return factor
-
-    def _off_axis(self, direction: Any) -> Any:
-        return dr.safe_acos(dr.dot(direction, self.axes[2]))
-
-    def _within_cone(self, direction: Any, active: Any) -> Any:
-        start, end = self.cone
-        theta = self._off_axis(direction)
-        t = dr.clip((theta - start) / dr.maximum(end - start, 1e-12), 0, 1)
-        return dr.select(theta <= end, dr.select(end > start, 1 - t * t * (3 - 2 * t), 1), 0)
-
-    def _focused(self, direction: Any, active: Any) -> Any:
-        along = dr.power(dr.maximum(dr.abs(dr.dot(direction, self.axes[2])), 1e-12), self.exponent)
-        return dr.lerp(self.off_axis, mi.Color3f(1), along)
-
-    def _measured(self, direction: Any, active: Any) -> Any:
-        x, y = (dr.dot(direction, axis) for axis in self.axes[:2])
-        # Horizontal 0° is -x and grows towards -y: see `ies`.
-        about = dr.atan2(-y, -x)
-        about = dr.select(about < 0, about + dr.two_pi, about)
-        rows, columns, _ = self.profile.tensor().shape
-        across = about * ((columns - 1) / dr.two_pi)
-        down = self._off_axis(direction) * ((rows - 1) / dr.pi)
-        return self.profile.eval(mi.Point2f((across + 0.5) / columns, (down + 0.5) / rows), active)[
-            0
-        ]
 
 
 @cache

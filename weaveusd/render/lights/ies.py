@@ -42,10 +42,15 @@ class Profile:
 
     @property
     def mean(self) -> float:
-        """Return the mean intensity over the sphere, or over the half that the file covers."""
+        """Return the mean intensity over the sphere, or over the half that the file covers.
+
+        Intensity is linear between two angles a < b, so that it counts at a by
+        ``cos a - (sin b - sin a) / (b - a)`` and at b by ``(sin b - sin a) / (b - a) - cos b``.
+        """
         up, about = np.radians(self.vertical_deg), np.radians(self.horizontal_deg)
-        solid = np.diff(-np.cos(up))
-        by_angle = (self.candela[:, 1:] + self.candela[:, :-1]) / 2 @ solid
+        slope = np.diff(np.sin(up)) / np.diff(up)
+        by_angle = self.candela[:, :-1] @ (np.cos(up[:-1]) - slope)
+        by_angle += self.candela[:, 1:] @ (slope - np.cos(up[1:]))
         if about.size == 1:
             flux = 2 * math.pi * by_angle[0]
         else:

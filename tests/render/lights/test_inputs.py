@@ -1,0 +1,137 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade
+
+from tests.render.lights.lamps import card, corners, irradiance, polygon, put, received, rect
+from tests.render.stages import add_dome, picture
+from weaveusd.render.lights import Lights
+from weaveusd.render.model import Losses
+from weaveusd.render.xforms import Placing
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "value", "said"),
+    [
+        ("RectLight", "intensity", float("nan"), "intensity is nan, expected a finite number"),
+        ("RectLight", "intensity", -1.0, "emits (-1, -1, -1), expected 0 to 1e+30"),
+        ("RectLight", "exposure", 1e30, "emits (inf, inf, inf), expected 0 to 1e+30"),
+        ("RectLight", "color", (1.0, float("inf"), 1.0), "color is (1, inf, 1), expected finite"),
+        ("RectLight", "width", -2.0, "width is -2, expected 0 or more"),
+        ("RectLight", "height", 0.0, "light has no extent"),
+        ("DiskLight", "radius", float("inf"), "radius is inf, expected a finite number"),
+        ("SphereLight", "radius", 0.0, "light has no extent"),
+        ("CylinderLight", "length", 0.0, "light has no extent"),
+        ("DistantLight", "angle", -1.0, "angle is -1, expected 0 or more"),
+        ("DomeLight", "exposure", float("-inf"), "exposure is -inf, expected a finite number"),
+        ("DomeLight", "specular", float("nan"), "specular is nan, expected a finite number"),
+    ],
+)
+def test_a_light_with_an_impossible_number_is_dropped_by_name(
+    mi: Any, tmp_path: Path, kind: str, name: str, value: Any, said: str
+) -> None:
+    stage = card(tmp_path)
+    light = stage.DefinePrim("/World/Light", kind)
+    light.GetAttribute(f"inputs:{name}").Set(value)
+    _, losses = irradiance(stage, 1)
+    assert any(loss.startswith("/World/Light: ") and said in loss for loss in losses), losses
+    assert any("a white dome lights it" in loss for loss in losses)
+
+
+def test_a_color_temperature_that_is_no_number_ends_no_process(mi: Any, tmp_path: Path) -> None:
+    stage = card(tmp_path)
+    light = rect(stage)
+    light.CreateEnableColorTemperatureAttr(True)
+    light.CreateColorTemperatureAttr(float("nan"))
+    put(light, at=(0, 0, 3))
+    _, losses = irradiance(stage, 1)
+    assert "/World/Light: colorTemperature is nan, expected a finite number (dropped)" in losses
+
+
+def test_a_text_where_a_number_belongs_is_a_loss(mi: Any, tmp_path: Path) -> None:
+    stage = card(tmp_path)
+    text = '#usda 1.0\ndef RectLight "Light"\n{\n    string inputs:width = "wide"\n}\n'
+    assert stage.GetRootLayer().ImportFromString(text)
+    _, losses = picture(stage, 3, 1)
+    assert "/Light: width is wide, expected a number (dropped)" in losses
+
+
+def test_a_network_that_feeds_an_input_is_a_loss(mi: Any, tmp_path: Path) -> None:
+    stage = card(tmp_path)
+    dome = add_dome(stage)
+    ramp = UsdShade.Shader.Define(stage, "/World/Ramp")
+    output = ramp.CreateOutput("out", Sdf.ValueTypeNames.Color3f)
+    UsdLux.LightAPI(dome).CreateInput("color", Sdf.ValueTypeNames.Color3f).ConnectToSource(output)
+    assert "/World/Dome: network that feeds inputs:color (dropped)" in irradiance(stage, 1)[1]
+
+
+def test_color_temperature_and_exposure_multiply(mi: Any, tmp_path: Path) -> None:
+    """L = color · intensity · 2^exposure · blackbody, channel by channel."""
+    stage = card(tmp_path)
+    dome = add_dome(stage, 0.5)
+    dome.CreateExposureAttr(2.0)
+    dome.CreateColorAttr(Gf.Vec3f(0.2, 0.4, 0.8))
+    dome.CreateEnableColorTemperatureAttr(True)
+    found = {}
+    for kelvin in (3000.0, 6500.0, 9000.0):
+        dome.CreateColorTemperatureAttr(kelvin)
+        found[kelvin], losses = received(stage, 256)
+        assert losses == []
+        tint = np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin)) * (0.2, 0.4, 0.8)
+        assert found[kelvin] == pytest.approx(np.pi * 2 * tint, rel=0.01)
+    ratio = found[3000.0][0] / found[3000.0][2] * found[9000.0][2] / found[9000.0][0]
+    assert ratio > 5  # red against blue, warm against cool
+
+
+def test_multipliers_of_response_that_agree_dim_the_light(mi: Any, tmp_path: Path) -> None:
+    stage = card(tmp_path)
+    dome = add_dome(stage)
+    dome.CreateDiffuseAttr(0.25)
+    assert irradiance(stage, 64)[1] == [
+        "/World/Dome: multipliers of response: diffuse 0.25, specular 1 (dropped)"
+    ]
+    dome.CreateSpecularAttr(0.25)
+    found, losses = irradiance(stage, 256)
+    assert found == pytest.approx(np.pi / 4, rel=0.01)
+    assert losses == [
+        "/World/Dome: diffuse and specular of 0.25 dim the light's own face too (approximated)"
+    ]
+
+
+def test_a_light_is_read_at_the_moment_of_the_picture(mi: Any, tmp_path: Path) -> None:
+    stage = card(tmp_path)
+    dome = add_dome(stage)
+    dome.GetIntensityAttr().Set(0.5, 1.0)
+    dome.GetIntensityAttr().Set(2.0, 2.0)
+    placed = Placing(1.0, Usd.TimeCode(2.0))
+    lights = Lights(stage, Losses())
+    lights.add(dome.GetPrim(), placed)
+    assert lights.entries() == [
+        {"type": "constant", "radiance": {"type": "rgb", "value": [2.0, 2.0, 2.0]}}
+    ]
+
+
+def test_an_invisible_light_is_dark(mi: Any, tmp_path: Path) -> None:
+    stage = card(tmp_path)
+    add_dome(stage)
+    UsdGeom.Xform.Define(stage, "/World/Group").CreateVisibilityAttr("invisible")
+    UsdLux.DistantLight.Define(stage, "/World/Group/Sun")
+    found, losses = irradiance(stage, 256)
+    assert found == pytest.approx(np.pi, rel=0.01)
+    assert losses == []
+
+
+def test_an_input_of_old_files_without_its_prefix_is_read_and_named(
+    mi: Any, tmp_path: Path
+) -> None:
+    stage = card(tmp_path)
+    light = rect(stage)
+    light.GetPrim().CreateAttribute("intensity", Sdf.ValueTypeNames.Float).Set(3.0)
+    world = put(light, at=(0, 0, 3))
+    found, losses = irradiance(stage)
+    assert found == pytest.approx(3 * polygon(corners(world, 4, 2)), rel=0.01)
+    assert losses == ["/World/Light: intensity is read as inputs:intensity (approximated)"]
