@@ -10,7 +10,15 @@ from pxr import Usd, UsdShade
 
 from weaveusd import contract
 from weaveusd.errors import InputError, StageError
-from weaveusd.render import cloth, nodes_mtlx, nodes_usd, preview
+from weaveusd.render import (
+    cloth,
+    gltf_pbr,
+    nodes_mtlx,
+    nodes_usd,
+    openpbr,
+    preview,
+    standard_surface,
+)
 from weaveusd.render.bindings import bound_material
 from weaveusd.render.fields import Fields
 from weaveusd.render.look import Look, make_look
@@ -41,7 +49,9 @@ DEFAULT_GRAY = 0.18
 """Reflectance of what has neither material nor display color, as in usdview."""
 
 SURFACES: Mapping[str, Callable[[Network, UsdShade.Shader], Surface]] = {
-    **dict.fromkeys(preview.SHADER_IDS, preview.read),
+    identifier: family.read
+    for family in (preview, openpbr, standard_surface, gltf_pbr)
+    for identifier in family.SHADER_IDS
 }
 """Reads a surface shader, by `info:id`."""
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pxr import UsdShade
 
 from weaveusd.render.fields import Field
-from weaveusd.render.losses import note_lost
 from weaveusd.render.network import Network
+from weaveusd.render.shader_inputs import note_lost, reflectance
 from weaveusd.render.surface import Surface
 
 SHADER_IDS = ("UsdPreviewSurface", "ND_UsdPreviewSurface_surfaceshader")
@@ -54,15 +54,6 @@ def read(net: Network, shader: UsdShade.Shader) -> Surface:
         normal=net.direction(shader, "normal"),
         clear_base=opacity is not one and _mode(net, shader) == _TRANSPARENT,
     )
-
-
-def reflectance(net: Network, ior: Field) -> Field:
-    """Return the reflectance ``((1 - n) / (1 + n))²`` along the normal, 0 for n below 1."""
-    fields, apply = net.fields, net.fields.apply
-    one = fields.constant(1)
-    bounded = apply("max", ior, one)
-    root = apply("divide", apply("subtract", bounded, one), apply("add", bounded, one))
-    return apply("multiply", root, root)
 
 
 def _mode(net: Network, shader: UsdShade.Shader) -> str:
