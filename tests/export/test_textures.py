@@ -13,8 +13,9 @@ from tests.export.cloths import PER_YARN, texels, texture_set
 from weaveusd.contract import CHANNELS
 from weaveusd.errors import WeaveusdError
 from weaveusd.export import textures
+from weaveusd.export.encode import encode
 from weaveusd.export.images import read_image
-from weaveusd.export.textures import encode, write_textures
+from weaveusd.export.textures import write_textures
 
 FILES = sorted(name for channel in CHANNELS.values() for name in channel.files)
 

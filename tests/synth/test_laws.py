@@ -15,7 +15,7 @@ from weaveusd.contract import CHANNELS, VECTOR_PNG_LEVELS
 from weaveusd.draft.model import Draft
 from weaveusd.draft.transform import repeat, rotate
 from weaveusd.draft.wif import read_wif
-from weaveusd.export.textures import encode
+from weaveusd.export.encode import encode
 from weaveusd.synth.textures import synthesize, texture_size
 from weaveusd.yarn.irregularity import REGULAR
 from weaveusd.yarn.recipe import read_preset

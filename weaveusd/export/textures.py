@@ -11,19 +11,16 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from weaveusd.color_space import texels_to_rec709
-from weaveusd.contract import CHANNELS, GAP, VECTOR_PNG_LEVELS, Channel, ColorSpace
+from weaveusd.contract import CHANNELS, GAP, Channel, ColorSpace
+from weaveusd.export.encode import encode
 from weaveusd.export.images import ImageWriter, Metadata, density
 from weaveusd.synth.rows import thread_count
-from weaveusd.yarn.color import decode_srgb
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from weaveusd.synth.model import Band, Floats32, TextureSet
 
 Progress = Callable[[float], None]
@@ -134,39 +131,6 @@ def _finish(tasks: list[Future[None]]) -> None:
         task.result()
 
 
-def encode(
-    channel: Channel, suffix: str, values: Floats32, color_space: ColorSpace = "lin_rec709"
-) -> NDArray[Any]:
-    """Return `values` of `channel` as the numbers that its file of `suffix` stores.
-
-    Colors are in `color_space`.
-
-    Raises
-    ------
-    ValueError
-        A label leaves 8 bits.
-    """
-    if suffix == ".exr":
-        return np.asarray(values, dtype=np.float16)
-    if channel.encoding == "color":
-        if color_space != "lin_rec709":
-            # Of the halves in the EXR: dark components are small differences of large ones.
-            halves = np.asarray(values, np.float16)
-            values = texels_to_rec709(halves, color_space).astype(np.float32)
-        return np.asarray(np.searchsorted(_SRGB_STEPS, values, side="right"), dtype=np.uint8)
-    if channel.encoding == "vector":
-        half = VECTOR_PNG_LEVELS // 2
-        levels = np.rint(np.asarray(values, dtype=np.float64) * half) + half
-        return np.asarray(np.clip(levels, 0, VECTOR_PNG_LEVELS), dtype=np.uint16)
-    if channel.encoding == "label":
-        labels = np.rint(values) + 1
-        if labels.min() < 0 or labels.max() > 255:
-            raise ValueError(f"{channel.name}: {labels.min():g}…{labels.max():g} leaves 8 bits")
-        return np.asarray(labels, dtype=np.uint8)
-    share = np.clip(np.asarray(values, dtype=np.float64), 0, 1)
-    return np.asarray(np.rint(share * 255), dtype=np.uint8)
-
-
 def _of_yarns(
     rows: Mapping[str, Floats32], per_yarn: Mapping[str, Sequence[float]]
 ) -> dict[str, Floats32]:
@@ -183,11 +147,6 @@ def _of_yarns(
 
 
 _LOOSE = {"roughness": np.float32(1), "anisotropy": np.float32(0)}
-
-
-# Comparing with the borders between codes rounds exactly, on every machine alike; the power
-# functions of vector units differ in their last bit.
-_SRGB_STEPS = np.array([decode_srgb((k + 0.5) / 255) for k in range(255)], dtype=np.float32)
 
 
 _ACESCG: dict[str, Metadata] = {
