@@ -18,7 +18,7 @@ from weaveusd.render.lights.domes import Dome, environment, read_dome
 from weaveusd.render.lights.emitters import UNSEEN
 from weaveusd.render.lights.inputs import Inputs, Refused, emission
 from weaveusd.render.lights.unsupported import note_unsupported
-from weaveusd.render.materials import Look
+from weaveusd.render.look import Look
 from weaveusd.render.model import Losses
 from weaveusd.render.xforms import Placing, singular
 

@@ -10,7 +10,7 @@ from weaveusd.render.lights import area
 from weaveusd.render.lights.emitters import glow
 from weaveusd.render.lights.inputs import Inputs
 from weaveusd.render.lights.shaping import read_shaping
-from weaveusd.render.materials import Look
+from weaveusd.render.look import Look
 from weaveusd.render.model import Losses
 from weaveusd.render.xforms import Placing
 
