@@ -126,6 +126,23 @@ def teach_sdr() -> None:
         _discover(Sdf.Layer.FindOrOpen(str(schema_dir() / "weaveCloth" / "shaders.usda")))
 
 
+@cache
+def materialx_library() -> Any:
+    """Return the document of MaterialX's standard definitions, read once; not to be changed."""
+    import MaterialX
+
+    document = MaterialX.createDocument()
+    folder = MaterialX.FileSearchPath(str(_materialx_folder()))
+    MaterialX.loadLibraries(["libraries"], folder, document)
+    return document
+
+
+def _materialx_folder() -> Path:
+    import MaterialX
+
+    return Path(MaterialX.__file__).parent
+
+
 def _check_file(file: Path) -> None:
     """Raise StageError unless `file` is a readable file of bounded size that may be USD."""
     if file.suffix.lower() not in SUFFIXES:
@@ -159,19 +176,12 @@ def _first_cause(error: Exception, file: Path) -> str:
 
 def _materialx_definitions() -> Sdf.Layer:
     """Return a layer in memory with one shader definition for each MaterialX nodedef."""
-    import MaterialX
-
-    libraries = Path(MaterialX.__file__).parent / "libraries"
-    document = MaterialX.createDocument()
-    MaterialX.loadLibraries(
-        ["libraries"], MaterialX.FileSearchPath(str(libraries.parent)), document
-    )
     # A definition needs an asset that resolves; which one does not matter to a validator.
-    source = str(libraries / "stdlib" / "stdlib_defs.mtlx")
+    source = str(_materialx_folder() / "libraries" / "stdlib" / "stdlib_defs.mtlx")
 
     layer = Sdf.Layer.CreateAnonymous("materialx.usda")
     with Sdf.ChangeBlock():
-        for nodedef in document.getNodeDefs():
+        for nodedef in materialx_library().getNodeDefs():
             _define_shader(layer, nodedef, source)
     return layer
 

@@ -10,6 +10,7 @@ from typing import Any
 import MaterialX
 
 from weaveusd.contract import MATERIALX_FILE
+from weaveusd.stage import materialx_library
 from weaveusd.validate.checks.color_spaces import MATERIALX_NAMES
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
@@ -49,7 +50,7 @@ def materialx_document(asset: OpenAsset) -> Iterator[Finding]:
         yield SPACE(f"{space or 'unstated'}, expected {' or '.join(MATERIALX_NAMES)}")
     yield from _files(document, asset.folder)
 
-    document.setDataLibrary(_standard_library())
+    document.setDataLibrary(materialx_library())
     valid, message = document.validate()
     if not valid:
         yield BROKEN(" ".join(message.split()), MATERIALX_FILE)
@@ -74,10 +75,3 @@ def _files(document: Any, folder: Path) -> Iterator[Finding]:
         climbs = name.startswith("/") or ".." in re.split(r"[/\\]", name)
         if not name or climbs or not file.is_file() or not file.resolve().is_relative_to(inside):
             yield FILE(f"{name!r} is no file of the asset", element.getNamePath())
-
-
-def _standard_library() -> Any:
-    library = MaterialX.createDocument()
-    root = Path(MaterialX.__file__).parent
-    MaterialX.loadLibraries(["libraries"], MaterialX.FileSearchPath(str(root)), library)
-    return library

@@ -138,7 +138,9 @@ def _compare(
             inside = number > 0
             for k in range(-REACH, REACH + 1):
                 r, c = row + k * down, column + k * right
-                inside &= ids[r, c, 0] == number and opacities[r, c, 0] == 255
+                if ids[r, c, 0] != number or opacities[r, c, 0] != 255:
+                    inside = False
+                    break
             if not inside:
                 continue
             before = table[heights[row - down, column - right, 0]]
