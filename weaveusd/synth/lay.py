@@ -121,8 +121,13 @@ def lay_pick(s, start, texels, r, weft, by_column, tones):  # type: ignore[no-un
         size = s[WEFT_HALF * PIECE + i]
         s[WEFT_EDGE * PIECE + i] = min(half_width * size, room)
         s[WEFT_HALF * PIECE + i] = half_height * size
-    for i in range(texels):
-        s[WEFT_TONE * PIECE + i] = shade(scales, s[WEFT_TONE * PIECE + i])
+    if len(weft.tone) == 1:
+        tone = shade(scales, s[WEFT_TONE * PIECE])
+        for i in range(texels):
+            s[WEFT_TONE * PIECE + i] = tone
+    else:
+        for i in range(texels):
+            s[WEFT_TONE * PIECE + i] = shade(scales, s[WEFT_TONE * PIECE + i])
 
 
 @step

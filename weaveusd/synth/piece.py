@@ -14,7 +14,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-PIECE = 64
+PIECE = 128
 """Texels worked on together: their numbers stay in the fastest cache."""
 
 (
