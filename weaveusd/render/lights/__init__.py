@@ -14,7 +14,7 @@ from pxr import Usd, UsdGeom, UsdLux
 
 from weaveusd.render.lights import area, shining
 from weaveusd.render.lights.distant import distant
-from weaveusd.render.lights.domes import Dome, environment, read_dome
+from weaveusd.render.lights.domes import MAX_PICTURED, Dome, environment, read_dome
 from weaveusd.render.lights.emitters import UNSEEN
 from weaveusd.render.lights.inputs import Inputs, Refused, emission
 from weaveusd.render.lights.unsupported import note_unsupported
@@ -59,6 +59,8 @@ class Lights:
     unseen: bool = False
     _entries: list[Any] = field(default_factory=list)
     _domes: list[Dome] = field(default_factory=list)
+    _noted: set[Usd.Prim] = field(default_factory=set)
+    _files: dict[Any, Any] = field(default_factory=dict)
     _geometry: dict[str, Usd.Prim] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -76,12 +78,12 @@ class Lights:
         if kind == "PortalLight":
             self.losses.approximated(prim, "portal guides no samples")
             return
-        inputs = Inputs(prim, placing.time, self.losses)
+        inputs = Inputs(prim, placing.time, self.losses, self._files)
         try:
             if singular(placing.world(prim)):
                 raise Refused("light is flattened by its transform")
             if kind in _DOMES:
-                self._domes.append(read_dome(inputs, placing))
+                self._add_dome(read_dome(inputs, placing))
             elif kind in _PLACED:
                 self._place(_PLACED[kind], inputs, placing)
             else:
@@ -89,8 +91,7 @@ class Lights:
         except Refused as reason:
             self.losses.dropped(prim, str(reason))
             return
-        self.found = True
-        note_unsupported(inputs)
+        self._note(inputs)
 
     def of(self, shape: Usd.Prim, time: Usd.TimeCode) -> Usd.Prim | None:
         """Return the light that makes a shape of the stage shine: itself, or a GeometryLight."""
@@ -104,22 +105,34 @@ class Lights:
     def shine(self, light: Usd.Prim, look: Look, surface_area: float, placing: Placing) -> Look:
         """Return the look of a shape under `light`, the one that `of` gave for it.
 
-        `surface_area` is that of the whole shape in the units of the picture.
+        `surface_area` is that of the whole shape in the units that `placing` places in.
         """
-        inputs = Inputs(light, placing.time, self.losses)
+        inputs = Inputs(light, placing.time, self.losses, self._files)
         try:
             made = shining.shining_look(inputs, placing, surface_area / placing.scale**2, look)
         except Refused as reason:
             self.losses.dropped(light, str(reason))
             return look
-        self.found = True
-        note_unsupported(inputs)
+        self._note(inputs)
         return made
 
     def entries(self) -> list[Any]:
         """Return what to put into a scene for all lights taken in, the environment last."""
         sky = environment(self._domes)
         return [*self._entries, sky] if sky is not None else list(self._entries)
+
+    def _note(self, inputs: Inputs) -> None:
+        """Say that there is a light, and what it lacks, of many copies once."""
+        self.found = True
+        if inputs.prim not in self._noted:
+            self._noted.add(inputs.prim)
+            note_unsupported(inputs)
+
+    def _add_dome(self, dome: Dome) -> None:
+        pictured = sum(known.picture is not None for known in self._domes)
+        if dome.picture is not None and pictured >= MAX_PICTURED:
+            raise Refused(f"{MAX_PICTURED} domes with pictures are shown already")
+        self._domes.append(dome)
 
     def _place(
         self, make: Callable[[Inputs, Placing], Any], inputs: Inputs, placing: Placing

@@ -15,7 +15,7 @@ import numpy as np
 from weaveusd.render.lights import solids
 from weaveusd.render.lights.emitters import glow, spot
 from weaveusd.render.lights.inputs import Inputs, Refused, emission
-from weaveusd.render.lights.pictures import read_picture
+from weaveusd.render.lights.pictures import on_rectangle, read_picture
 from weaveusd.render.lights.shaping import read_shaping
 from weaveusd.render.xforms import (
     Placing,
@@ -46,7 +46,9 @@ def rect(inputs: Inputs, placing: Placing) -> Entry:
     turn = rotation("Y", 180) @ scaling(width / 2, height / 2, 1)
     axes = (placing.unscaled(inputs.prim) @ turn)[:3, :3]
     area = 4 * float(np.linalg.norm(np.cross(axes[:, 0], axes[:, 1])))
-    return _flat("rectangle", inputs, placing, turn, area, _picture(inputs))
+    picture = read_picture(inputs)
+    texture = None if picture is None else on_rectangle(picture)
+    return _flat("rectangle", inputs, placing, turn, area, texture)
 
 
 def disk(inputs: Inputs, placing: Placing) -> Entry:
@@ -101,7 +103,7 @@ def cylinder(inputs: Inputs, placing: Placing) -> Entry | Any:
     return _shape("cylinder", inputs, placing, placing.world(inputs.prim) @ turn, area)
 
 
-def emitter(inputs: Inputs, placing: Placing, area: float, picture: Entry | None = None) -> Entry:
+def emitter(inputs: Inputs, placing: Placing, area: float, texture: Any = None) -> Entry:
     """Return what makes a shape of this area, in units of the stage, shine as the light says.
 
     Raises
@@ -111,9 +113,9 @@ def emitter(inputs: Inputs, placing: Placing, area: float, picture: Entry | None
     """
     brightness = radiance(inputs, area)
     shaping = read_shaping(inputs, placing.world(inputs.prim))
-    if picture is None and shaping.neutral:
+    if texture is None and shaping.neutral:
         return {"type": "area", "radiance": _rgb(brightness)}
-    return glow(picture or _rgb(np.ones(3)), brightness, shaping)
+    return glow(texture or _rgb(np.ones(3)), brightness, shaping)
 
 
 def radiance(inputs: Inputs, area: float) -> Doubles:
@@ -126,20 +128,20 @@ def radiance(inputs: Inputs, area: float) -> Doubles:
 
 def _flat(
     kind: str, inputs: Inputs, placing: Placing, turn: Doubles, area: float,
-    picture: Entry | None = None,
+    texture: Any = None,
 ) -> Entry:  # fmt: skip
     matrix = placing.world(inputs.prim) @ turn
-    return _shape(kind, inputs, placing, matrix, area, picture)
+    return _shape(kind, inputs, placing, matrix, area, texture)
 
 
 def _shape(
     kind: str, inputs: Inputs, placing: Placing, matrix: Doubles, area: float,
-    picture: Entry | None = None,
+    texture: Any = None,
 ) -> Entry:  # fmt: skip
     """Return a black shape that shines."""
     if singular(matrix):
         raise Refused("light has no extent")
-    shining = emitter(inputs, placing, area, picture)
+    shining = emitter(inputs, placing, area, texture)
     return {"type": kind, "to_world": to_mitsuba(matrix), "bsdf": BLACK, "emitter": shining}
 
 
@@ -166,22 +168,6 @@ def _point(inputs: Inputs, placing: Placing, radius: float) -> Entry:
     if shaping.neutral:
         return {"type": "point", "position": position.tolist(), "intensity": _rgb(intensity)}
     return spot(position, intensity, shaping)
-
-
-def _picture(inputs: Inputs) -> Entry | None:
-    """Return the texture of a rect light, None without one that can be read."""
-    pixels = read_picture(inputs)
-    if pixels is None:
-        return None
-    return {
-        "type": "bitmap",
-        "bitmap": mi.Bitmap(pixels),
-        "raw": True,
-        "format": "variant",
-        "wrap_mode": "clamp",
-        # The rectangle's v grows with +Y, the picture's rows downwards.
-        "to_uv": mi.ScalarTransform3f([[1, 0, 0], [0, -1, 1], [0, 0, 1]]),
-    }
 
 
 def _rgb(values: Doubles) -> Entry:

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     Doubles = NDArray[np.float64]
     Pixels = NDArray[np.float32]
 
+MAX_PICTURED = 16
+"""Domes with a picture that are added up; every one but the largest has to be turned."""
+
 _AUTOMATIC = "automatic"
 
 
@@ -51,7 +54,7 @@ def read_dome(inputs: Inputs, placing: Placing) -> Dome:
     left, _, right = np.linalg.svd(world[:3, :3])
     turn = left @ right
     picture = read_picture(inputs) if tint.any() else None
-    return Dome(tint, None if picture is None else _latlong(inputs, picture), turn)
+    return Dome(tint, None if picture is None else _latlong(inputs, picture.pixels), turn)
 
 
 def environment(domes: list[Dome]) -> dict[str, Any] | None:

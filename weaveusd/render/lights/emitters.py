@@ -32,7 +32,7 @@ _FAR = 1e6
 """Distance of a sun, in units of the picture, whose scene spans some thousand."""
 
 
-def glow(radiance: dict[str, Any], tint: Doubles, shaping: Shaping | None = None) -> dict[str, Any]:
+def glow(radiance: Any, tint: Doubles, shaping: Shaping | None = None) -> dict[str, Any]:
     """Return an emitter for a shape: a texture's radiance times `tint`, shaped."""
     register()
     return {"type": GLOW, "radiance": radiance} | properties_of(tint, shaping)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pxr import Usd, UsdLux
 
+from weaveusd.render.color import known, linear
 from weaveusd.render.model import Losses
 
 if TYPE_CHECKING:
@@ -28,13 +29,14 @@ class Refused(Exception):  # noqa: N818 - it is caught where it becomes a loss
 class Inputs:
     """Reads the inputs of one light at one time.
 
-    `fallbacks` are those of the light's schema. A name without `inputs:`, as USD wrote it before
-    version 21.02, is read where the light has no other opinion, and a loss says so.
+    A name without `inputs:`, as USD wrote it before version 21.02, is read where the light has
+    no other opinion, and a loss says so. `files` keeps what was read for the lights of a stage.
     """
 
     prim: Usd.Prim
     time: Usd.TimeCode
     losses: Losses
+    files: dict[Any, Any] = field(default_factory=dict)
 
     def value(self, name: str, fallback: Any) -> Any:
         """Return the value of `inputs:name`, else `fallback`."""
@@ -78,7 +80,7 @@ class Inputs:
         return bool(self.value(name, False))
 
     def color(self, name: str, fallback: tuple[float, float, float]) -> Doubles:
-        """Return three finite numbers, or raise `Refused`."""
+        """Return a finite color in linear Rec.709, or raise `Refused`."""
         value = self.value(name, fallback)
         try:
             color = np.asarray(value, np.float64).reshape(3)
@@ -86,7 +88,19 @@ class Inputs:
             raise Refused(f"{name} is {_brief(value)}, expected a color") from None
         if not np.isfinite(color).all():
             raise Refused(f"{name} is {_brief(value)}, expected finite numbers")
-        return color
+        space = self.color_space(name)
+        if not space:
+            return color
+        return np.asarray(linear(color.astype(np.float32), space), np.float64)
+
+    def color_space(self, name: str) -> str:
+        """Return the color space that the stage states for an input, empty where it is unknown."""
+        attribute = self.prim.GetAttribute(f"inputs:{name}")
+        space = str(attribute.GetColorSpace()) if attribute else ""
+        if not known(space):
+            self.losses.approximated(self.prim, f"color space {space} of {name} is unknown")
+            return ""
+        return space
 
 
 def emission(inputs: Inputs, intensity: float = 1.0) -> Doubles:

@@ -86,13 +86,19 @@ def _profile(inputs: Inputs) -> NDArray[np.float32] | None:
     if not asset:
         return None
     where = f"{inputs.prim.GetPath()}.inputs:shaping:ies:file"
+    scale = inputs.number("shaping:ies:angleScale", 0.0)
+    normalize = inputs.flag("shaping:ies:normalize")
     try:
-        profile = ies.read_profile(textures.resolved(asset, where), where)
+        path = textures.resolved(asset, where)
+        key = path, scale, normalize
+        if key not in inputs.files:
+            profile = ies.read_profile(path, where)
+            inputs.files[key] = ies.sampled(profile, scale, normalize=normalize)
     except StageError as error:
         inputs.losses.dropped(inputs.prim, str(error))
         return None
-    scale = inputs.number("shaping:ies:angleScale", 0.0)
-    return ies.sampled(profile, scale, normalize=inputs.flag("shaping:ies:normalize"))
+    table: NDArray[np.float32] = inputs.files[key]
+    return table
 
 
 def _axes(world: Doubles) -> Doubles:
