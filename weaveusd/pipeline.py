@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -200,11 +201,22 @@ def make_material(
     return shade(name, cloth, textures, provenance)
 
 
-def render(stage: PathLike, output: PathLike, **settings: Any) -> RenderResult:
-    """Render `stage` to the image `output`; settings as in `weaveusd.render.run.render`."""
+def render(
+    stage: PathLike, output: PathLike, *, scene: str | None = None, **settings: Any
+) -> RenderResult:
+    """Render `stage` to the image `output`; settings as in `weaveusd.render.run.render`.
+
+    With the name of an example scene, `stage` is a published cloth that the scene wears.
+    """
     from weaveusd.render.run import render
 
-    return render(stage, output, **settings)
+    if scene is None:
+        return render(stage, output, **settings)
+    from weaveusd.render.scenes import dress, scene_path
+
+    with tempfile.TemporaryDirectory() as folder:
+        dressed = dress(scene_path(scene), Path(stage), Path(folder) / f"{scene}.usda")
+        return render(dressed, output, **settings)
 
 
 def validate(stage: PathLike, *, progress: Progress | None = None) -> Report:
