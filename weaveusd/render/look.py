@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from weaveusd.contract import DEFAULT_ST
 from weaveusd.render.field_texture import UV_WIDTH, color_of, texture_of
 from weaveusd.render.fields import Field, Fields, walk
 from weaveusd.render.layered import layered_bsdf
@@ -129,10 +130,19 @@ def _main_coordinates(surface: Surface, read: list[Field]) -> str | None:
     """Return the primvar that becomes the mesh's coordinates, which give it its tangents.
 
     It is the one that the normal follows, else the tangent, else the emission, of which
-    emitters ask away from a mesh, else the first.
+    emitters ask away from a mesh, else the first; `st` where only tangents are asked for.
     """
     for root in (surface.normal, surface.tangent, surface.emission):
         for node in walk(root):
             if node.kind == "primvar" and node.width == UV_WIDTH:
                 return str(node.detail)
-    return next((str(f.detail) for f in read if f.width == UV_WIDTH), None)
+    first = next((str(f.detail) for f in read if f.width == UV_WIDTH), None)
+    return DEFAULT_ST if first is None and _needs_tangents(surface) else first
+
+
+def _needs_tangents(surface: Surface) -> bool:
+    if surface.normal is not None or surface.tangent is not None:
+        return True
+    if surface.alpha.numbers is not None:
+        return surface.alpha.numbers[0] != surface.alpha.numbers[1]
+    return len(set(map(id, surface.alpha.args))) > 1

@@ -25,6 +25,9 @@ WIDTHS = {
 DEFAULT_ST = "st"
 """The primvar that USD gives to MaterialX as its first texture coordinates, UV0."""
 
+_VARIANTS = ("", "FA", "I", "B")
+"""Endings of the nodes whose second value is a float, or that compare integers or booleans."""
+
 _SWIZZLE = {"r": 0, "g": 1, "b": 2, "a": 3, "x": 0, "y": 1, "z": 2, "w": 3}
 
 # Inputs in the order of the operation's arguments, each with the number it has by default.
@@ -83,7 +86,9 @@ def readers() -> dict[str, Reader]:
     for suffix in ("", "_float", "_vector2"):
         found[f"ND_normalmap{suffix}"] = normalmap
     for kind, width in WIDTHS.items():
-        found |= {f"ND_{name}_{kind}": read for name, read in _typed(kind, width).items()}
+        for name, read in _typed(kind, width).items():
+            found |= {f"ND_{name}_{kind}{variant}": read for variant in _VARIANTS}
+        found[f"ND_mix_{kind}_{kind}"] = found[f"ND_mix_{kind}"]
         for source, source_width in WIDTHS.items():
             found[f"ND_convert_{source}_{kind}"] = _convert(source_width, width)
             found[f"ND_swizzle_{source}_{kind}"] = _swizzle(source_width, width)
