@@ -3,7 +3,10 @@
     python benchmarks/publish.py [--quick]
 
 Encoding is what OpenImageIO does between rows handed to it and a file closed: compression, and
-reading back that the file is whole. Each publish runs in a child process; its memory is the
+reading back that the file is whole. Two shares are told. By the clock: the time during which a
+file is being encoded, whatever else goes on beside it. By the processor: what encoding the same
+files to the same bytes takes in a process that does nothing else, of all processor time of the
+publish. Each publish runs in a child process from its start, imports included; its memory is the
 highest that the process held (VmHWM), validation included.
 """
 
@@ -14,78 +17,155 @@ import json
 import subprocess
 import sys
 import tempfile
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-DRAFT = Path(__file__).parents[1] / "examples" / "drafts" / "herringbone.wif"
+DRAFT = Path(__file__).parents[1] / "examples" / "drafts" / "houndstooth.wif"
+"""Its repeat is nearly square: 1874 × 2048 texels where 2048 are asked for."""
 
 
-def timed(seconds: dict[str, float], key: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return `function`, which adds the time it takes to `seconds`."""
+class Clock:
+    """Seconds by the clock during which at least one thread did each of several things."""
 
-    def call(*args: Any, **settings: Any) -> Any:
-        started = time.perf_counter()
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._busy: dict[str, int] = {}
+        self._since: dict[str, float] = {}
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def during(self, key: str) -> Iterator[None]:
+        """Count the time inside as `key`."""
+        with self._lock:
+            self._busy[key] = self._busy.get(key, 0) + 1
+            if self._busy[key] == 1:
+                self._since[key] = time.perf_counter()
         try:
-            return function(*args, **settings)
+            yield
         finally:
-            seconds[key] = seconds.get(key, 0.0) + time.perf_counter() - started
+            with self._lock:
+                self._busy[key] -= 1
+                if not self._busy[key]:
+                    passed = time.perf_counter() - self._since[key]
+                    self.seconds[key] = self.seconds.get(key, 0.0) + passed
 
-    return call
+    def timed(self, key: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Return `function`, the time of whose calls counts as `key`."""
+
+        def call(*args: Any, **settings: Any) -> Any:
+            with self.during(key):
+                return function(*args, **settings)
+
+        return call
 
 
-def child(resolution: int) -> None:
-    """Publish at `resolution` and print, as JSON, seconds of each part and the memory in MB."""
+def publish_timed(resolution: int, root: Path) -> dict[str, Any]:
+    """Publish at `resolution`; return seconds of each part, memory in MB, and the textures."""
+    started = time.perf_counter()
     import weaveusd.synth.textures
     import weaveusd.validate.run
-    from weaveusd.export import images, textures
+    from weaveusd.export import images
     from weaveusd.pipeline import publish
     from weaveusd.synth.model import TextureSet
 
-    seconds: dict[str, float] = {}
+    clock = Clock()
     for name in ("__init__", "write", "__exit__"):
         method = getattr(images.ImageWriter, name)
-        setattr(images.ImageWriter, name, timed(seconds, "encoding", method))
-    textures.encode = timed(seconds, "conversion", textures.encode)
-    weaveusd.validate.run.validate = timed(seconds, "validation", weaveusd.validate.run.validate)
+        setattr(images.ImageWriter, name, clock.timed("encoding", method))
+    judge = weaveusd.validate.run.validate
+    weaveusd.validate.run.validate = clock.timed("validation", judge)
     made = weaveusd.synth.textures.synthesize
+    repeat_mm: tuple[float, float] = (0.0, 0.0)
 
     def synthesize(*args: Any, **settings: Any) -> TextureSet:
+        nonlocal repeat_mm
         out = made(*args, **settings)
-        band = timed(seconds, "synthesis", out.band)
+        repeat_mm = out.repeat_mm
+        band = clock.timed("synthesis", out.band)
         return TextureSet(out.width, out.height, out.repeat_mm, out.seed, band)
 
     weaveusd.synth.textures.synthesize = synthesize
-    with tempfile.TemporaryDirectory() as root:
-        started = time.perf_counter()
-        publish(DRAFT, preset="linen", root=root, resolution=resolution)
-        seconds["all"] = time.perf_counter() - started
+    done = publish(DRAFT, preset="linen", root=root, resolution=resolution)
     status = Path("/proc/self/status").read_text()
     peak = next(line for line in status.splitlines() if line.startswith("VmHWM"))
-    print(json.dumps({**seconds, "megabytes": int(peak.split()[1]) / 1024}))
+    return {
+        **clock.seconds,
+        "all": time.perf_counter() - started,
+        "cpu": time.process_time(),
+        "megabytes": int(peak.split()[1]) / 1024,
+        "textures": str(done.asset.folder / "textures"),
+        "repeat_mm": repeat_mm,
+    }
+
+
+def encode_alone(folder: Path, repeat_mm: tuple[float, float]) -> dict[str, Any]:
+    """Encode the published textures in `folder` again; return the processor time in seconds.
+
+    Raises AssertionError when a file's bytes are not those that were published.
+    """
+    import numpy as np
+
+    from weaveusd.contract import CHANNELS
+    from weaveusd.export.textures import _open
+    from weaveusd.synth.model import TextureSet
+    from weaveusd.validate.textures import TextureFolder
+
+    source = TextureFolder(folder)
+    seconds = 0.0
+    with tempfile.TemporaryDirectory() as scratch:
+        for channel in CHANNELS.values():
+            for file in channel.files:
+                bands = [band.pixels[file] for band in source.bands(file)]
+                header = source.header(file)
+                like = TextureSet(header.width, header.height, repeat_mm, 0, lambda a, b: {})
+                before = time.process_time()
+                with _open(like, channel, Path(scratch, file), "lin_rec709") as out:
+                    for rows in bands:
+                        out.write(np.ascontiguousarray(rows))
+                seconds += time.process_time() - before
+                assert Path(scratch, file).read_bytes() == (folder / file).read_bytes(), file
+    return {"cpu": seconds, "texels": [header.width, header.height]}
+
+
+def child(*arguments: str) -> dict[str, Any]:
+    """Run this file with `arguments` in a process of its own and return what it printed last."""
+    command = [sys.executable, __file__, *arguments]
+    output = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout
+    found: dict[str, Any] = json.loads(output.splitlines()[-1])
+    return found
 
 
 def main() -> None:
     """Print a line for each resolution."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="1024² only")
-    parser.add_argument("--child", type=int, help=argparse.SUPPRESS)
+    parser.add_argument("--publish", nargs=2, help=argparse.SUPPRESS)
+    parser.add_argument("--encode", nargs=3, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    if arguments.child:
-        child(arguments.child)
+    if arguments.publish:
+        resolution, root = arguments.publish
+        print(json.dumps(publish_timed(int(resolution), Path(root))))
         return
-    parts = ("synthesis", "conversion", "encoding", "validation")
-    print(f"{'texels':>7}{'seconds':>9}" + "".join(f"{p:>12}" for p in parts) + "   peak memory")
+    if arguments.encode:
+        folder, *repeat_mm = arguments.encode
+        print(json.dumps(encode_alone(Path(folder), (float(repeat_mm[0]), float(repeat_mm[1])))))
+        return
+    parts = ("encoding", "synthesis", "validation")
+    print(f"{'texels':>12}{'seconds':>9}" + "".join(f"{p:>12}" for p in parts), end="")
+    print(f"{'CPU seconds':>13}{'encoding':>10}   peak memory")
     for resolution in (1024,) if arguments.quick else (2048, 4096, 8192):
-        output = subprocess.run(
-            [sys.executable, __file__, "--child", str(resolution)],
-            stdout=subprocess.PIPE, text=True, check=True,
-        ).stdout  # fmt: skip
-        found = json.loads(output.splitlines()[-1])
-        shares = "".join(f"{found.get(p, 0.0) / found['all']:>12.0%}" for p in parts)
-        line = f"{resolution:>6}²{found['all']:>9.2f}{shares}{found['megabytes']:>11.0f} MB"
-        print(line, flush=True)
+        with tempfile.TemporaryDirectory() as root:
+            found = child("--publish", str(resolution), root)
+            alone = child("--encode", found["textures"], *map(str, found["repeat_mm"]))
+        width, height = alone["texels"]
+        line = f"{f'{width} × {height}':>12}{found['all']:>9.2f}"
+        line += "".join(f"{found[p] / found['all']:>12.0%}" for p in parts)
+        line += f"{found['cpu']:>13.2f}{alone['cpu'] / found['cpu']:>10.0%}"
+        print(f"{line}{found['megabytes']:>11.0f} MB", flush=True)
 
 
 if __name__ == "__main__":

@@ -37,7 +37,8 @@ found nothing says `<check>/pass`, one that could not run `<check>/skip`, and on
 texels are counted from 0, rows from the top of the image.
 
 `validate(stage, checks=["texture", "path/anchored"])` runs some checks only, by id or by the part
-of it before the slash.
+of it before the slash. Every texture is decoded once for all checks, on all cores or on as many as
+`jobs` says; two bands of rows are in memory at a time.
 
 An asset from elsewhere is taken for hostile: the sizes of layers, images, documents and of the
 manifest are checked before they are read, and no name in a file is used as a path that leaves
