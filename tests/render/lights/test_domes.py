@@ -8,7 +8,7 @@ import pytest
 from pxr import Gf, Sdf, UsdLux
 
 from tests.render.lights.lamps import card, irradiance, received
-from tests.render.stages import add_camera, add_dome, new_stage, picture, write_image
+from tests.render.stages import add_camera, add_dome, add_mesh, new_stage, picture, write_image
 
 ROWS = 64
 
@@ -130,6 +130,19 @@ def test_a_constant_dome_gives_pi_times_its_radiance(mi: Any, tmp_path: Path) ->
     dome.CreateNormalizeAttr(True)  # of no meaning for a dome
     found, losses = irradiance(stage)
     assert found == pytest.approx(np.pi * 0.7, rel=0.01)
+    assert losses == []
+
+
+@pytest.mark.parametrize("albedo", [0.0, 0.18, 0.5, 1.0])
+def test_a_card_shows_its_albedo_times_the_radiance_around_it(
+    mi: Any, tmp_path: Path, albedo: float
+) -> None:
+    stage = new_stage(tmp_path / "scene.usda")
+    add_mesh(stage, color=(albedo,) * 3)
+    add_camera(stage, distance=1.0, fov=6)
+    add_dome(stage, 0.7)
+    image, losses = picture(stage, 3, 4096)
+    assert image == pytest.approx(np.full((3, 3, 3), 0.7 * albedo), rel=0.01)
     assert losses == []
 
 

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
 from tests.render.lights.lamps import card, corners, irradiance, polygon, put, received, rect
@@ -87,6 +89,19 @@ def test_color_temperature_and_exposure_multiply(mi: Any, tmp_path: Path) -> Non
     assert ratio > 5  # red against blue, warm against cool
 
 
+def test_a_color_in_another_space_is_taken_to_rec709(mi: Any, tmp_path: Path) -> None:
+    """srgb_texture: ((v + 0.055) / 1.055)^2.4; a space that nobody knows is named."""
+    stage = card(tmp_path)
+    dome = add_dome(stage)
+    dome.CreateColorAttr(Gf.Vec3f(0.5, 0.5, 0.5)).SetColorSpace("srgb_texture")
+    expected = np.pi * ((0.5 + 0.055) / 1.055) ** 2.4
+    assert irradiance(stage, 256) == (pytest.approx(expected, rel=0.01), [])
+    dome.GetColorAttr().SetColorSpace("mystery")
+    found, losses = irradiance(stage, 256)
+    assert found == pytest.approx(np.pi / 2, rel=0.01)
+    assert losses == ["/World/Dome: color space mystery of color is unknown (approximated)"]
+
+
 def test_multipliers_of_response_that_agree_dim_the_light(mi: Any, tmp_path: Path) -> None:
     stage = card(tmp_path)
     dome = add_dome(stage)
@@ -135,3 +150,45 @@ def test_an_input_of_old_files_without_its_prefix_is_read_and_named(
     found, losses = irradiance(stage)
     assert found == pytest.approx(3 * polygon(corners(world, 4, 2)), rel=0.01)
     assert losses == ["/World/Light: intensity is read as inputs:intensity (approximated)"]
+
+
+# --- Whatever a stage says ----------------------------------------------------------------------
+
+KINDS = ("RectLight", "DiskLight", "SphereLight", "CylinderLight", "DistantLight", "DomeLight",
+         "DomeLight_1", "GeometryLight", "PortalLight", "PluginLight")  # fmt: skip
+APIS = ("ShapingAPI", "ShadowAPI")
+NUMBERS = st.sampled_from([0.0, -1.0, 1e-30, 1e30, 3e38, float("nan"), float("inf"), 90.0, 400.0])
+
+
+@settings(
+    max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(st.sampled_from(KINDS), st.data())
+def test_no_value_of_an_input_ends_a_translation(mi: Any, kind: str, data: Any) -> None:
+    stage = Usd.Stage.CreateInMemory()
+    prim = stage.DefinePrim("/Light", kind)
+    for api in APIS:
+        prim.ApplyAPI(api)
+    names = [a.GetName() for a in prim.GetAttributes() if a.GetName().startswith("inputs:")]
+    for name in data.draw(st.lists(st.sampled_from(names), max_size=4, unique=True)):
+        attribute = prim.GetAttribute(name)
+        type_name = str(attribute.GetTypeName())
+        value = data.draw(NUMBERS)
+        made = {
+            "float": value,
+            "bool": True,
+            "color3f": Gf.Vec3f(value, 1, value),
+            "asset": Sdf.AssetPath("./nowhere"),
+            "token": "nonsense",
+        }
+        attribute.Set(made[type_name])
+    xform = UsdGeom.Xformable(prim)
+    if xform:
+        xform.AddScaleOp().Set(Gf.Vec3f(data.draw(NUMBERS), 1, 1))
+    losses = Losses()
+    lights = Lights(stage, losses)
+    lights.add(prim, Placing(1.0, Usd.TimeCode.Default()))
+    for entry in lights.entries():
+        if isinstance(entry, dict):
+            mi.load_dict(entry)
+    assert lights.found or losses.as_tuple() or kind == "GeometryLight"

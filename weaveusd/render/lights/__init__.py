@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 from pxr import Usd, UsdGeom, UsdLux
 
 from weaveusd.render.lights import area, shining
@@ -80,14 +81,8 @@ class Lights:
             return
         inputs = Inputs(prim, placing.time, self.losses, self._files)
         try:
-            if singular(placing.world(prim)):
-                raise Refused("light is flattened by its transform")
-            if kind in _DOMES:
-                self._add_dome(read_dome(inputs, placing))
-            elif kind in _PLACED:
-                self._place(_PLACED[kind], inputs, placing)
-            else:
-                raise Refused(_stranger(prim))
+            with np.errstate(all="ignore"):  # a number that overflows is refused where it is used
+                self._take(kind, inputs, placing)
         except Refused as reason:
             self.losses.dropped(prim, str(reason))
             return
@@ -109,7 +104,8 @@ class Lights:
         """
         inputs = Inputs(light, placing.time, self.losses, self._files)
         try:
-            made = shining.shining_look(inputs, placing, surface_area / placing.scale**2, look)
+            with np.errstate(all="ignore"):
+                made = shining.shining_look(inputs, placing, surface_area / placing.scale**2, look)
         except Refused as reason:
             self.losses.dropped(light, str(reason))
             return look
@@ -127,6 +123,16 @@ class Lights:
         if inputs.prim not in self._noted:
             self._noted.add(inputs.prim)
             note_unsupported(inputs)
+
+    def _take(self, kind: str, inputs: Inputs, placing: Placing) -> None:
+        if singular(placing.world(inputs.prim)):
+            raise Refused("light is flattened by its transform")
+        if kind in _DOMES:
+            self._add_dome(read_dome(inputs, placing))
+        elif kind in _PLACED:
+            self._place(_PLACED[kind], inputs, placing)
+        else:
+            raise Refused(_stranger(inputs.prim))
 
     def _add_dome(self, dome: Dome) -> None:
         pictured = sum(known.picture is not None for known in self._domes)

@@ -14,7 +14,7 @@ import numpy as np
 
 from weaveusd.render.lights import solids
 from weaveusd.render.lights.emitters import glow, spot
-from weaveusd.render.lights.inputs import Inputs, Refused, emission
+from weaveusd.render.lights.inputs import Inputs, Refused, bounded, emission
 from weaveusd.render.lights.pictures import on_rectangle, read_picture
 from weaveusd.render.lights.shaping import read_shaping
 from weaveusd.render.xforms import (
@@ -123,7 +123,7 @@ def radiance(inputs: Inputs, area: float) -> Doubles:
     if not 0 < area < math.inf:
         raise Refused("light has no extent")
     value = emission(inputs)
-    return value / area if inputs.flag("normalize") else value
+    return bounded(value / area) if inputs.flag("normalize") else value
 
 
 def _flat(
@@ -162,7 +162,7 @@ def _point(inputs: Inputs, placing: Placing, radius: float) -> Entry:
     intensity = value * (0.25 if inputs.flag("normalize") else math.pi * size * size)
     if not intensity.any() and value.any():
         raise Refused("light has no extent")
-    intensity = intensity * placing.scale**2
+    intensity = bounded(intensity * placing.scale**2)
     position = placing.world(inputs.prim)[:3, 3]
     shaping = read_shaping(inputs, placing.world(inputs.prim))
     if shaping.neutral:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from weaveusd.render.lights.emitters import sun
-from weaveusd.render.lights.inputs import Inputs, emission
+from weaveusd.render.lights.inputs import Inputs, bounded, emission
 from weaveusd.render.lights.shaping import read_shaping
 from weaveusd.render.xforms import Placing
 
@@ -44,7 +44,7 @@ def distant(inputs: Inputs, placing: Placing) -> dict[str, Any]:
             "irradiance": {"type": "rgb", "value": value.tolist()},
         }
     if inputs.flag("normalize"):
-        value = value / size(half)
+        value = bounded(value / size(half))
     return sun(toward, value, half)
 
 

@@ -116,17 +116,21 @@ def emission(inputs: Inputs, intensity: float = 1.0) -> Doubles:
         When it is negative or beyond what single precision holds.
     """
     color = inputs.color("color", (1.0, 1.0, 1.0))
-    with np.errstate(over="ignore"):
-        power = inputs.number("intensity", intensity) * np.exp2(inputs.number("exposure", 0.0))
-        if inputs.flag("enableColorTemperature"):
-            # The conversion ends the process where it is given no number; `number` refuses that.
-            kelvin = inputs.number("colorTemperature", 6500.0)
-            color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin), np.float64)
-        total = color * (power * _multiplier(inputs))
-    if not (np.isfinite(total).all() and total.min() >= 0 and total.max() <= BRIGHTEST):
-        shown = ", ".join(f"{v:g}" for v in total)
+    power = inputs.number("intensity", intensity) * np.exp2(inputs.number("exposure", 0.0))
+    if inputs.flag("enableColorTemperature"):
+        # The conversion ends the process where it is given no number; `number` refuses that.
+        kelvin = inputs.number("colorTemperature", 6500.0)
+        color = color * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin), np.float64)
+    total = color * (power * _multiplier(inputs))
+    return bounded(total)
+
+
+def bounded(value: Doubles) -> Doubles:
+    """Return a color that Mitsuba can add up, or raise `Refused`."""
+    if not (np.isfinite(value).all() and value.min() >= 0 and value.max() <= BRIGHTEST):
+        shown = ", ".join(f"{v:g}" for v in value)
         raise Refused(f"emits ({shown}), expected 0 to {BRIGHTEST:g}")
-    return np.asarray(total)
+    return np.asarray(value)
 
 
 def _multiplier(inputs: Inputs) -> float:
