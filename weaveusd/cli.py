@@ -49,6 +49,14 @@ class ColorSpace(str, Enum):
     acescg = "acescg"
 
 
+class Purpose(str, Enum):
+    """What a render draws beside what has no purpose."""
+
+    render = "render"
+    proxy = "proxy"
+    guide = "guide"
+
+
 class Context(str, Enum):
     """Whose networks a render reads first."""
 
@@ -195,6 +203,13 @@ def render(
     ] = None,
     spp: Annotated[int, typer.Option(min=1, max=1 << 20, help="Samples a pixel.")] = 64,
     seed: Annotated[int, typer.Option(min=0)] = 0,
+    frame: Annotated[
+        float | None, typer.Option(help="Time code of the picture; by default the earliest.")
+    ] = None,
+    purpose: Annotated[
+        list[Purpose] | None,
+        typer.Option(help="Purpose drawn beside `default`; repeat it for more. By default render."),
+    ] = None,
     context: Annotated[
         Context,
         typer.Option(
@@ -216,19 +231,21 @@ def render(
             spp=spp,
             seed=seed,
             context=context.value,
+            frame=frame,
+            purposes=[p.value for p in purpose or (Purpose.render,)],
             progress=progress,
         )
-    losses = [str(loss) for loss in result.losses]
     if as_json:
         _print_json(
             {
                 "output": str(output), "width": result.width, "height": result.height, "spp": spp,
-                "variant": result.variant, "seconds": round(result.seconds, 3), "losses": losses,
+                "variant": result.variant, "seconds": round(result.seconds, 3),
+                "losses": [loss.as_dict() for loss in result.losses],
             }
         )  # fmt: skip
         return
     _say(f"rendered {output} in {result.seconds:.1f} s ({result.variant})")
-    for loss in losses:
+    for loss in result.losses:
         _say(f"  loss: {loss}")
 
 

@@ -172,4 +172,4 @@ def picture(stage: Usd.Stage, size: int | tuple[int, int] = 33, spp: int = 64, *
     width, height = (size, size) if isinstance(size, int) else size
     made = translate(stage, width=width, height=height, **more)
     image = trace(made.scene, (width, height), spp, seed=3)
-    return image, [str(loss) for loss in made.losses]
+    return image * made.exposure, [str(loss) for loss in made.losses]

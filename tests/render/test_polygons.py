@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from weaveusd.render.polygons import per_corner, smooth_normals, split, triangulate
+from weaveusd.render.polygons import per_corner, split, triangulate
 
 
 def area_vector(points: Any, triangles: Any) -> Any:
@@ -74,12 +74,3 @@ def test_vertices_are_shared_only_where_all_their_values_agree() -> None:
     cut = split(triangles, indices, {"uv": seam})
     assert len(cut.source) == 6
     np.testing.assert_array_equal(indices[cut.source][cut.triangles], [[0, 1, 2], [0, 2, 3]])
-
-
-def test_smooth_normals_of_a_cube_point_to_its_corners() -> None:
-    points = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    indices = np.array(faces).ravel()
-    triangles = triangulate(np.full(6, 4), points, indices, reverse=False)
-    normals = smooth_normals(points, triangles, indices)
-    assert np.all(np.sum(normals * points, axis=1) > 1.5)

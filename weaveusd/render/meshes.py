@@ -1,19 +1,19 @@
-"""UsdGeom meshes as Mitsuba meshes, in the space of the picture."""
+"""UsdGeom meshes as triangles in their own space, values of theirs at every corner."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-import mitsuba as mi
 import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
-from weaveusd.render import polygons
+from weaveusd.render import polygons, subdivided
+from weaveusd.render.geometry import Facets
 from weaveusd.render.model import Losses
 from weaveusd.render.polygons import Triangles, per_corner
-from weaveusd.render.xforms import mirrors
+from weaveusd.render.reading import UnreadableError, as_rows, authored, integers, rows, token
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,19 +21,24 @@ if TYPE_CHECKING:
     Doubles = NDArray[np.float64]
     Indices = NDArray[np.int64]
 
-MAX_CORNERS = 1 << 28
+MAX_CORNERS = 1 << 26
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """A mesh of the stage in the space of the picture, triangulated, before it is split."""
+    """A mesh of the stage in its own space, triangulated, before its vertices are split.
+
+    `triangles` index the corners, and say of each triangle which authored face it is of. `spread`
+    takes authored values (n, k) and their interpolation to the corners, (C, k); it raises
+    ValueError where their number does not fit.
+    """
 
     points: Doubles  # (P, 3)
-    counts: Indices  # (F,)
-    indices: Indices  # (corners,)
+    indices: Indices  # (C,)
+    faces: int  # as authored
     triangles: Triangles
-    normals: Doubles | None  # (corners, 3)
-    mirrored: bool
+    normals: Doubles | None  # (C, 3)
+    spread: Callable[[Doubles, str], Doubles]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,60 +49,129 @@ class Part:
     triangles: Triangles
 
 
-def read_surface(
-    prim: Usd.Prim, world: Doubles, time: Usd.TimeCode, losses: Losses
-) -> Surface | None:
-    """Return the mesh `prim` placed by `world`, or None where there is nothing to show.
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """A primvar that a look asks for, and the attribute of Mitsuba's mesh that carries it.
 
-    Faces listed as holes are left out. A subdivision surface becomes its control cage with
-    smooth normals, and a loss says so.
+    Its `width` components are followed by zeros, up to `slots`.
+    """
+
+    primvar: str
+    attribute: str
+    width: int
+    slots: int = 3
+
+
+@dataclass(slots=True)
+class Meshes:
+    """Reads meshes, those of native instances once for all that share them."""
+
+    time: Usd.TimeCode
+    losses: Losses
+    _surfaces: dict[str, Surface | None] = field(default_factory=dict)
+    _facets: dict[tuple[str | None, ...], Facets] = field(default_factory=dict)
+
+    def surface(self, prim: Usd.Prim) -> Surface | None:
+        """Return the mesh `prim`, or None, with a loss, where there is nothing to show."""
+        shared = _shared_path(prim)
+        if shared in self._surfaces:
+            return self._surfaces[shared]
+        try:
+            made: Surface | None = read_surface(prim, self.time, self.losses)
+        except UnreadableError as reason:
+            self.losses.dropped(prim, f"mesh {reason}")
+            made = None
+        if shared is not None:
+            self._surfaces[shared] = made
+        return made
+
+    def facets(
+        self, prim: Usd.Prim, surface: Surface, part: Part, uv: str | None,
+        wanted: Sequence[Wanted],
+    ) -> Facets:  # fmt: skip
+        """Return one part with the texture coordinates `uv` and the primvars that are `wanted`.
+
+        What is missing is left out, but for texture coordinates: they are 0, and a loss says so.
+        """
+        names = (uv, *(w.primvar for w in wanted))
+        key = (_shared_path(part.prim), *(self._origin(prim, name) for name in names))
+        if key[0] is not None and key in self._facets:
+            return self._facets[key]
+        values: dict[str, Doubles] = {}
+        if surface.normals is not None:
+            values["normals"] = surface.normals
+        if uv is not None:
+            values["uv"] = self._coordinates(prim, surface, uv)
+        for w in wanted:
+            found = corner_primvar(prim, w.primvar, w.width, surface, self.time, self.losses)
+            if found is not None:
+                values[w.attribute] = np.pad(found, ((0, 0), (0, w.slots - w.width)))
+        made = _split(surface, part, values)
+        if key[0] is not None:
+            self._facets[key] = made
+        return made
+
+    def _coordinates(self, prim: Usd.Prim, surface: Surface, uv: str) -> Doubles:
+        found = corner_primvar(prim, uv, 2, surface, self.time, self.losses)
+        if found is not None:
+            return found
+        self.losses.approximated(prim, f"has no texture coordinates {uv}: 0 is used")
+        return np.zeros((surface.indices.size, 2))
+
+    def _origin(self, prim: Usd.Prim, name: str | None) -> str | None:
+        """Return where the value of a primvar comes from; what is shared by instances is equal."""
+        primvar = _primvar(prim, name) if name else None
+        if not primvar:
+            return None if name is None else f"without {name}"
+        attribute = primvar.GetAttr()
+        shared = _shared_path(attribute.GetPrim())
+        return f"{shared or attribute.GetPrim().GetPath()}.{attribute.GetName()}"
+
+
+def read_surface(prim: Usd.Prim, time: Usd.TimeCode, losses: Losses) -> Surface:
+    """Return the mesh `prim`; faces listed as holes are left out.
+
+    Raises
+    ------
+    UnreadableError
+        When there is nothing that could be shown.
     """
     mesh = UsdGeom.Mesh(prim)
-    points = _array(mesh.GetPointsAttr().Get(time), 3)
-    counts = _array(mesh.GetFaceVertexCountsAttr().Get(time), 1, np.int64)
-    indices = _array(mesh.GetFaceVertexIndicesAttr().Get(time), 1, np.int64)
-    fault = _fault(points, counts, indices)
-    if fault:
-        losses.dropped(prim, f"mesh {fault}")
-        return None
-    placed = points @ world[:3, :3].T + world[:3, 3]
-    scheme = mesh.GetSubdivisionSchemeAttr().Get(time)
-    left_handed = mesh.GetOrientationAttr().Get(time) == UsdGeom.Tokens.leftHanded
-    reverse = left_handed != mirrors(world)
-    triangles = polygons.triangulate(counts, placed, indices, reverse)
-    holes = _array(mesh.GetHoleIndicesAttr().Get(time), 1, np.int64)
-    triangles = _keep(triangles, ~np.isin(triangles.face, holes))
-    if not triangles.face.size:
-        losses.dropped(prim, "mesh has no face")
-        return None
-    if scheme != UsdGeom.Tokens.none:
-        losses.approximated(prim, f"{scheme} subdivision is shown as its control cage")
-        smooth = polygons.smooth_normals(placed, triangles, indices)
-        normals: Doubles | None = smooth[indices]
-    else:
-        normals = _normals(mesh, counts, indices, world, time, losses)
-    return Surface(placed, counts, indices, triangles, normals, mirrors(world))
+    points = rows(mesh.GetPointsAttr(), time, 3)
+    counts = integers(mesh.GetFaceVertexCountsAttr(), time)
+    indices = integers(mesh.GetFaceVertexIndicesAttr(), time)
+    _check(points, counts, indices)
+    reverse = token(mesh.GetOrientationAttr(), time, "") == UsdGeom.Tokens.leftHanded
+    hidden = np.isin(np.arange(counts.size), integers(mesh.GetHoleIndicesAttr(), time))
+    surface = None
+    if token(mesh.GetSubdivisionSchemeAttr(), time, "catmullClark") != UsdGeom.Tokens.none:
+        surface = _refined(mesh, points, counts, indices, hidden, reverse, time, losses)
+    if surface is None:
+        triangles = polygons.triangulate(counts, points, indices, reverse)
 
+        def spread(values: Doubles, interpolation: str) -> Doubles:
+            how = "vertex" if interpolation == "varying" else interpolation
+            return per_corner(values, how, counts, indices)  # type: ignore[arg-type]
 
-def surface_area(surface: Surface) -> float:
-    """Return the area of all triangles, in the space of the picture."""
-    a, b, c = np.moveaxis(surface.points[surface.indices[surface.triangles.corners]], 1, 0)
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+        normals = _normals(mesh, spread, time, losses)
+        surface = Surface(points, indices, counts.size, triangles, normals, spread)
+    kept = _keep(surface.triangles, ~hidden[surface.triangles.face])
+    if not kept.face.size:
+        raise UnreadableError("has no face")
+    return Surface(
+        surface.points, surface.indices, surface.faces, kept, surface.normals, surface.spread
+    )
 
 
 def parts(prim: Usd.Prim, surface: Surface, time: Usd.TimeCode, losses: Losses) -> Iterator[Part]:
     """Yield the faces of each GeomSubset that binds a material, then those of none."""
-    free = np.ones(surface.counts.size, bool)
+    free = np.ones(surface.faces, bool)
     for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
-        if subset.GetElementTypeAttr().Get(time) != UsdGeom.Tokens.face:
-            losses.dropped(subset.GetPrim(), "material subset is not made of faces")
+        mine = _subset_faces(subset, free.size, time, losses)
+        if mine is None:
             continue
-        listed = _array(subset.GetIndicesAttr().Get(time), 1, np.int64)
-        inside = listed[(listed >= 0) & (listed < free.size)]
-        if inside.size != listed.size:
-            losses.dropped(subset.GetPrim(), "some indices name no face of the mesh")
-        mine = np.zeros(free.size, bool)
-        mine[inside] = True
+        if (mine & ~free).any():
+            losses.approximated(subset.GetPrim(), "shares faces with an earlier subset")
         mine &= free
         free &= ~mine
         triangles = _keep(surface.triangles, mine[surface.triangles.face])
@@ -111,117 +185,127 @@ def parts(prim: Usd.Prim, surface: Surface, time: Usd.TimeCode, losses: Losses) 
 def corner_primvar(
     prim: Usd.Prim, name: str, width: int, surface: Surface, time: Usd.TimeCode, losses: Losses
 ) -> Doubles | None:
-    """Return a primvar of the mesh, indexed or inherited, one row a corner; None without one."""
-    primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
-    if not primvar or not primvar.HasValue():
+    """Return a primvar of the mesh, indexed or inherited, (C, width); None without one."""
+    primvar = _primvar(prim, name)
+    if not primvar:
         return None
-    values = _array(primvar.ComputeFlattened(time), width)
-    if not np.isfinite(values).all():
-        losses.dropped(prim, f"primvar {name} holds a value that is no finite number")
+    try:
+        values = as_rows(primvar.ComputeFlattened(time), width, f"primvar {name}")
+        return surface.spread(values, str(primvar.GetInterpolation()))
+    except UnreadableError as reason:
+        losses.dropped(prim, str(reason))
+    except ValueError as reason:
+        losses.dropped(prim, f"primvar {name}: {reason}")
+    return None
+
+
+def surface_area(surface: Surface, matrix: Doubles) -> float:
+    """Return the area of all triangles under a (4, 4) matrix."""
+    points = surface.points @ matrix[:3, :3].T
+    a, b, c = np.moveaxis(points[surface.indices[surface.triangles.corners]], 1, 0)
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+
+
+def _refined(
+    mesh: UsdGeom.Mesh, points: Doubles, counts: Indices, indices: Indices,
+    hidden: NDArray[np.bool_], reverse: bool, time: Usd.TimeCode, losses: Losses,
+) -> Surface | None:  # fmt: skip
+    """Return a subdivision surface on its limit; None, with a loss, where it stays a cage."""
+    prim = mesh.GetPrim()
+    try:
+        cage = subdivided.read_cage(mesh, len(points), counts, indices, time, losses)
+    except UnreadableError as reason:
+        losses.approximated(prim, f"is shown as its control cage: {reason}")
         return None
-    return _spread(
-        prim, f"primvar {name}", values, primvar.GetInterpolation(), surface.counts,
-        surface.indices, losses,
+    triangles = cage.triangles()
+    hidden |= cage.hidden
+    return Surface(
+        cage.carry_vertices(points), cage.corners(), counts.size,
+        Triangles(triangles[:, ::-1] if reverse else triangles, cage.face_of_triangles()),
+        cage.normals(points, reverse), cage.spread,
     )  # fmt: skip
 
 
-def to_mesh(
-    surface: Surface,
-    part: Part,
-    uv: Doubles | None,
-    color: Doubles | None,
-    properties: Any,
-) -> Any:
-    """Return Mitsuba's mesh of one part; `properties` carry its BSDF and emitter."""
-    values = {
-        name: value
-        for name, value in (("uv", uv), ("normal", surface.normals), ("color", color))
-        if value is not None
-    }
+def _subset_faces(
+    subset: UsdGeom.Subset, faces: int, time: Usd.TimeCode, losses: Losses
+) -> NDArray[np.bool_] | None:
+    """Return the faces that a subset lists, (faces,); None where it lists none of them."""
+    prim = subset.GetPrim()
+    if token(subset.GetElementTypeAttr(), time, "face") != UsdGeom.Tokens.face:
+        losses.dropped(prim, "material subset is not made of faces")
+        return None
+    try:
+        listed = integers(subset.GetIndicesAttr(), time)
+    except UnreadableError as reason:
+        losses.dropped(prim, str(reason))
+        return None
+    inside = listed[(listed >= 0) & (listed < faces)]
+    if inside.size != listed.size:
+        losses.dropped(prim, "some indices name no face of the mesh")
+    mine = np.zeros(faces, bool)
+    mine[inside] = True
+    return mine
+
+
+def _check(points: Doubles, counts: Indices, indices: Indices) -> None:
+    """Raise UnreadableError unless the counts, the indices and the points fit together."""
+    if not len(points) or not counts.size:
+        raise UnreadableError("has no points or no faces")
+    if counts.min() < 0 or int(counts.sum()) != indices.size:
+        asked = "a negative number" if counts.min() < 0 else str(int(counts.sum()))
+        raise UnreadableError(f"has {indices.size} face vertices, but its counts ask for {asked}")
+    if indices.size > MAX_CORNERS:
+        raise UnreadableError(f"has {indices.size} face vertices, expected at most {MAX_CORNERS}")
+    if indices.size and (indices.min() < 0 or indices.max() >= len(points)):
+        raise UnreadableError(f"names a point outside its {len(points)} points")
+
+
+def _normals(
+    mesh: UsdGeom.Mesh, spread: Callable[[Doubles, str], Doubles], time: Usd.TimeCode,
+    losses: Losses,
+) -> Doubles | None:  # fmt: skip
+    """Return the authored unit normals at the corners, `primvars:normals` first."""
+    prim = mesh.GetPrim()
+    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(UsdGeom.Tokens.normals)
+    try:
+        if primvar and primvar.HasValue():
+            value, how = primvar.ComputeFlattened(time), primvar.GetInterpolation()
+        else:
+            value, how = authored(mesh.GetNormalsAttr(), time), mesh.GetNormalsInterpolation()
+        values = as_rows(value, 3, "normals")
+        corner = spread(values, str(how)) if len(values) else None
+    except UnreadableError as reason:
+        losses.dropped(prim, str(reason))
+        return None
+    except ValueError as reason:
+        losses.dropped(prim, f"normals: {reason}")
+        return None
+    if corner is None:
+        return None
+    length = np.linalg.norm(corner, axis=1, keepdims=True)
+    if length.min() <= 0:
+        losses.dropped(prim, "normals hold a vector of no direction")
+        return None
+    return np.asarray(corner / length)
+
+
+def _split(surface: Surface, part: Part, values: dict[str, Doubles]) -> Facets:
+    """Return a part as triangles whose vertices hold one value each."""
     mesh = polygons.split(part.triangles, surface.indices, values)
-    shape = mi.Mesh(
-        str(part.prim.GetPath()),
-        len(mesh.source),
-        len(mesh.triangles),
-        props=properties,
-        has_vertex_normals=surface.normals is not None,
-        has_vertex_texcoords=uv is not None,
-    )
-    if color is not None:
-        shape.add_attribute("vertex_color", 3, color[mesh.source].ravel().astype(np.float32))
-    parameters = mi.traverse(shape)
-    parameters["vertex_positions"] = _flat(surface.points[surface.indices[mesh.source]])
-    parameters["faces"] = np.ascontiguousarray(mesh.triangles, np.uint32).ravel()
-    if surface.normals is not None:
-        parameters["vertex_normals"] = _flat(surface.normals[mesh.source])
-    if uv is not None:
-        parameters["vertex_texcoords"] = _flat(uv[mesh.source])
-    parameters.update()
-    return shape
+    at = {name: value[mesh.source] for name, value in values.items()}
+    points = surface.points[surface.indices[mesh.source]]
+    return Facets(points, mesh.triangles, at.pop("normals", None), at.pop("uv", None), at)
 
 
-def _flat(values: Doubles) -> NDArray[np.float32]:
-    return np.ascontiguousarray(values, np.float32).ravel()
+def _primvar(prim: Usd.Prim, name: str) -> UsdGeom.Primvar | None:
+    primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
+    return primvar if primvar and primvar.HasValue() else None
+
+
+def _shared_path(prim: Usd.Prim) -> str | None:
+    """Return the path in the prototype of what lies in a native instance, else None."""
+    return str(prim.GetPrimInPrototype().GetPath()) if prim.IsInstanceProxy() else None
 
 
 def _keep(triangles: Triangles, kept: NDArray[np.bool_]) -> Triangles:
     return Triangles(triangles.corners[kept], triangles.face[kept])
-
-
-def _array(value: Any, width: int, dtype: Any = np.float64) -> NDArray[Any]:
-    """Return a USD array as NumPy, (n,) for width 1 and else (n, width); empty for None."""
-    array = np.asarray(() if value is None else value, dtype)
-    if width == 1:
-        return array.reshape(-1)
-    return array.reshape(-1, width) if array.size % width == 0 else np.zeros((0, width), dtype)
-
-
-def _fault(points: Doubles, counts: Indices, indices: Indices) -> str | None:
-    """Return what is wrong with a mesh's topology, or None."""
-    if not len(points) or not counts.size:
-        return "has no points or no faces"
-    if counts.min() < 0 or int(counts.sum()) != indices.size:
-        return f"has {indices.size} face vertices, but its counts ask for {int(counts.sum())}"
-    if indices.size > MAX_CORNERS:
-        return f"has {indices.size} face vertices, expected at most {MAX_CORNERS}"
-    if indices.size and (indices.min() < 0 or indices.max() >= len(points)):
-        return f"names a point outside its {len(points)} points"
-    if not np.isfinite(points).all():
-        return "has a point that is no finite number"
-    return None
-
-
-def _normals(
-    mesh: Any, counts: Indices, indices: Indices, world: Doubles, time: Usd.TimeCode,
-    losses: Losses,
-) -> Doubles | None:  # fmt: skip
-    """Return the authored normals in the space of the picture, `primvars:normals` first."""
-    prim = mesh.GetPrim()
-    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(UsdGeom.Tokens.normals)
-    if primvar and primvar.HasValue():
-        values, how = primvar.ComputeFlattened(time), primvar.GetInterpolation()
-    else:
-        values, how = mesh.GetNormalsAttr().Get(time), mesh.GetNormalsInterpolation()
-    if not values:
-        return None
-    corner = _spread(prim, "normals", _array(values, 3), how, counts, indices, losses)
-    if corner is None:
-        return None
-    turned = corner @ np.linalg.inv(world[:3, :3])
-    length = np.linalg.norm(turned, axis=1, keepdims=True)
-    if not np.isfinite(turned).all() or length.min() <= 0:
-        losses.dropped(prim, "normals hold a vector of no direction")
-        return None
-    return np.asarray(turned / length)
-
-
-def _spread(
-    prim: Usd.Prim, what: str, values: Doubles, how: str, counts: Indices, indices: Indices,
-    losses: Losses,
-) -> Doubles | None:  # fmt: skip
-    interpolation = "vertex" if how == UsdGeom.Tokens.varying else how
-    try:
-        return per_corner(values, interpolation, counts, indices)  # type: ignore[arg-type]
-    except (ValueError, KeyError) as error:
-        losses.dropped(prim, f"{what}: {error}")
-        return None

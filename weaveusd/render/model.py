@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections import Counter
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -14,16 +15,29 @@ if TYPE_CHECKING:
 LossKind = Literal["approximated", "dropped"]
 
 
+_ENOUGH_EXAMPLES = 8
+"""Prims that are named for one and the same loss; more of them are counted under the first."""
+
+
 @dataclass(frozen=True, slots=True)
 class Loss:
-    """Something of the stage that the picture does not show as the stage says it."""
+    """Something of the stage that the picture does not show as the stage says it.
+
+    `count` is the number of prims that share it, `prim` the path of the first.
+    """
 
     prim: str
     kind: LossKind
     what: str
+    count: int = 1
 
     def __str__(self) -> str:
-        return f"{self.prim}: {self.what} ({self.kind})"
+        others = f", and {self.count - 1} more" if self.count > 1 else ""
+        return f"{self.prim}{others}: {self.what} ({self.kind})"
+
+    def as_dict(self) -> dict[str, str | int]:
+        """Return the loss as JSON types."""
+        return {"prim": self.prim, "kind": self.kind, "what": self.what, "count": self.count}
 
 
 @dataclass(slots=True)
@@ -41,13 +55,23 @@ class Losses:
         self.found[Loss(_path(prim), "approximated", what)] = None
 
     def as_tuple(self) -> tuple[Loss, ...]:
-        """Return the losses, first found first."""
-        return tuple(self.found)
+        """Return the losses, first found first; what more than eight prims share is told once."""
+        shared = Counter((loss.kind, loss.what) for loss in self.found)
+        told: set[tuple[LossKind, str]] = set()
+        losses = []
+        for loss in self.found:
+            key = (loss.kind, loss.what)
+            if shared[key] <= _ENOUGH_EXAMPLES:
+                losses.append(loss)
+            elif key not in told:
+                told.add(key)
+                losses.append(replace(loss, count=shared[key]))
+        return tuple(losses)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderResult:
-    """A finished picture: row 0 at the top, linear Rec.709 radiance, no exposure applied."""
+    """A finished picture: row 0 at the top, linear Rec.709 radiance times camera exposure."""
 
     image: NDArray[np.float32]  # (H, W, 3)
     output: Path | None

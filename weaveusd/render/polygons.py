@@ -97,6 +97,10 @@ def per_corner(
 def split(triangles: Triangles, indices: Indices, values: Mapping[str, Doubles]) -> SplitMesh:
     """Return the mesh with one vertex for every distinct point and corner values."""
     used = np.unique(triangles.corners)
+    shared = _one_corner_a_point(used, indices)
+    if all(np.array_equal(v[used], v[shared[indices[used]]]) for v in values.values()):
+        points, vertices = np.unique(indices[triangles.corners], return_inverse=True)
+        return SplitMesh(shared[points], vertices.reshape(-1, 3))
     columns = [indices[used].astype(np.float64)[:, None]]
     columns += [np.asarray(v, np.float64)[used] for v in values.values()]
     table = np.ascontiguousarray(np.concatenate(columns, axis=1) + 0.0)  # no negative zeros
@@ -111,16 +115,11 @@ def split(triangles: Triangles, indices: Indices, values: Mapping[str, Doubles])
     return SplitMesh(used[first[order]], vertex_of[triangles.corners])
 
 
-def smooth_normals(points: Doubles, triangles: Triangles, indices: Indices) -> Doubles:
-    """Return unit normals of the points, the mean of their triangles weighed by area."""
-    a, b, c = (points[indices[triangles.corners[:, k]]] for k in range(3))
-    area = np.cross(b - a, c - a)
-    total = np.zeros_like(points)
-    for k in range(3):
-        np.add.at(total, indices[triangles.corners[:, k]], area)
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    unit = np.where(length > 0, total / np.where(length > 0, length, 1), (0.0, 0.0, 1.0))
-    return np.asarray(unit, np.float64)
+def _one_corner_a_point(used: Indices, indices: Indices) -> Indices:
+    """Return the first of the used corners of each point, -1 for points without, (P,)."""
+    first = np.full(int(indices.max(initial=-1)) + 1, -1, np.int64)
+    first[indices[used[::-1]]] = used[::-1]
+    return first
 
 
 def _area_vector(polygons: Doubles) -> Doubles:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+
+import numpy as np
 
 from weaveusd import contract
 from weaveusd.errors import InputError
@@ -16,6 +18,9 @@ __all__ = ["MAX_PIXELS", "RenderResult", "render"]
 
 MAX_PIXELS = 16384
 """Pixels along a side of a picture."""
+
+PURPOSES = ("render", "proxy", "guide")
+"""What can be drawn beside the purpose `default`."""
 
 
 def render(
@@ -28,6 +33,8 @@ def render(
     spp: int = 64,
     seed: int = 0,
     context: str = contract.MITSUBA_CONTEXT,
+    frame: float | None = None,
+    purposes: Sequence[str] = ("render",),
     variant: str | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> RenderResult:
@@ -49,6 +56,10 @@ def render(
         The same seed gives the same picture, to the byte, on one kind of machine.
     context
         `mitsuba` for the exact cloth, `preview` for its UsdPreviewSurface.
+    frame
+        Time code of the picture; by default the earliest one.
+    purposes
+        What is drawn beside the purpose `default`: any of `render`, `proxy` and `guide`.
     variant
         `cuda_ad_rgb`, `llvm_ad_rgb` or `scalar_rgb`; by default the fastest that works.
     progress
@@ -57,7 +68,7 @@ def render(
     Raises
     ------
     InputError
-        For an output that cannot be written, a size out of range or an unknown context.
+        For an output that cannot be written, a number out of range, an unknown context or purpose.
     StageError
         When the stage cannot be opened, or its camera or a cloth in it is broken.
     RendererUnavailableError
@@ -66,6 +77,7 @@ def render(
     begin = time.perf_counter()
     target = None if output is None else Path(output)
     _check_numbers(width, height, spp, seed)
+    _check_view(frame, purposes)
     if target is not None:
         # The folder is looked at before minutes are spent.
         from weaveusd.render.pictures import check_output
@@ -77,15 +89,24 @@ def render(
     opened = open_stage(stage)
     active = prepare(variant)
 
+    from pxr import Usd
+
     from weaveusd.render.cameras import aspect_of, find_camera
     from weaveusd.render.trace import trace
     from weaveusd.render.translate import translate
 
     if height is None:
-        aspect = aspect_of(find_camera(opened, camera))
+        moment = Usd.TimeCode.EarliestTime() if frame is None else Usd.TimeCode(frame)
+        aspect = aspect_of(find_camera(opened, camera), moment)
         height = min(max(round(width / aspect), 1), MAX_PIXELS)
-    translation = translate(opened, width=width, height=height, camera=camera, context=context)
+    translation = translate(
+        opened, width=width, height=height, camera=camera, context=context, frame=frame,
+        purposes=tuple(purposes),
+    )  # fmt: skip
     image = trace(translation.scene, (width, height), spp, seed, progress)
+    if translation.exposure != 1:
+        image = image * np.float32(translation.exposure)
+        image.flags.writeable = False
     if target is not None:
         from weaveusd.render.pictures import write_picture
 
@@ -100,6 +121,14 @@ def render(
         height=height,
         spp=spp,
     )
+
+
+def _check_view(frame: float | None, purposes: Sequence[str]) -> None:
+    if frame is not None and not abs(frame) < 1e15:
+        raise InputError(f"frame is {frame}, expected a time code")
+    for purpose in purposes:
+        if purpose not in PURPOSES:
+            raise InputError(f"unknown purpose '{purpose}': expected {', '.join(PURPOSES)}")
 
 
 def _check_numbers(width: int, height: int | None, spp: int, seed: int) -> None:

@@ -1,13 +1,12 @@
 """A USD stage as a Mitsuba scene.
 
-The stage is walked once. Every kind of prim has its module; what none of them knows becomes a
-loss, so that nothing disappears in silence. Import this module after
+What a walk over the stage met is assembled, lit and seen by one camera. Import this module after
 `weaveusd.render.variant.prepare`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import mitsuba as mi
@@ -16,9 +15,17 @@ from pxr import Usd, UsdGeom
 
 from weaveusd import contract
 from weaveusd.errors import StageError
-from weaveusd.render import cameras, lights, materials, meshes, shapes
+from weaveusd.render import cameras, lights, materials
+from weaveusd.render.assembly import assemble
+from weaveusd.render.gather import Found, Walk
+from weaveusd.render.geometry import Bounds, Placed
+from weaveusd.render.look import Look
 from weaveusd.render.model import Loss, Losses
-from weaveusd.render.xforms import Placing, picture_scale, singular, stage_bounds
+from weaveusd.render.motion import moves
+from weaveusd.render.xforms import Placing, picture_scale
+from weaveusd.stage import captured_diagnostics
+
+DEFAULT_PURPOSES = ("render",)
 
 MAX_DEPTH = 16
 """Longest path of light, in segments."""
@@ -31,6 +38,7 @@ class Translation:
     scene: Any
     losses: tuple[Loss, ...]
     camera: str  # path of the prim, empty for the framing camera
+    exposure: float = 1.0  # what the radiance is multiplied by in the picture
 
 
 def translate(
@@ -40,8 +48,10 @@ def translate(
     height: int,
     camera: str | None = None,
     context: str = contract.MITSUBA_CONTEXT,
+    frame: float | None = None,
+    purposes: tuple[str, ...] = DEFAULT_PURPOSES,
 ) -> Translation:
-    """Return the scene of `stage` at its earliest time, for a picture of the given pixels.
+    """Return the scene of `stage` at one time, for a picture of the given pixels.
 
     Parameters
     ----------
@@ -55,6 +65,10 @@ def translate(
     context
         `mitsuba` shows materials as the exact BSDF where they have one, `preview` as their
         UsdPreviewSurface.
+    frame
+        Time code of the picture; by default the earliest one.
+    purposes
+        What is drawn beside the purpose `default`: any of `render`, `proxy` and `guide`.
 
     Raises
     ------
@@ -64,58 +78,48 @@ def translate(
     InputError
         For an unknown context.
     """
-    return _Walk(stage, context).scene((width, height), camera)
+    time = Usd.TimeCode.EarliestTime() if frame is None else Usd.TimeCode(frame)
+    with captured_diagnostics() as messages:
+        made = _Scene(stage, context, time, purposes).translation((width, height), camera)
+    told = Losses()
+    for message in messages:
+        told.approximated("/", f"USD says: {message[:200]}")
+    return replace(made, losses=made.losses + told.as_tuple())
 
 
-class _Walk:
-    """Gathers the entries of a scene from the prims of a stage."""
+class _Scene:
+    """Puts together what a scene holds."""
 
-    def __init__(self, stage: Usd.Stage, context: str) -> None:
-        self.stage = stage
-        self.time = Usd.TimeCode.EarliestTime()
+    def __init__(
+        self, stage: Usd.Stage, context: str, time: Usd.TimeCode, purposes: tuple[str, ...]
+    ) -> None:
+        self.stage, self.time = stage, time
         self.losses = Losses()
-        self.looks = materials.Looks(context, self.time, self.losses)
-        self.bounds = stage_bounds(stage, self.time)
-        scale = picture_scale(self.bounds)
-        self.placing = Placing(scale, self.time)
-        self.entries: list[Any] = []
-        self.bsdfs: dict[tuple[int, bool], tuple[materials.Look, Any]] = {}
+        looks = materials.Looks(context, time, self.losses)
         self.lights = lights.Lights(stage, self.losses)
+        self.walk = Walk(stage, time, purposes, looks, self.lights, self.losses)
+        self.bsdfs: dict[tuple[int, bool], tuple[Look, Any]] = {}
         self.pierced = False  # some surface lets light pass straight
 
-    def scene(self, size: tuple[int, int], camera: str | None) -> Translation:
-        """Return the scene of everything that is visible."""
+    def translation(self, size: tuple[int, int], camera: str | None) -> Translation:
+        """Return the scene of everything that is seen."""
         eye = cameras.find_camera(self.stage, camera)
         for error in self.stage.GetCompositionErrors():
             where = str(getattr(error, "rootSite", "")) or "/"
             self.losses.dropped(where, " ".join(str(error).split())[:300])
-        if self.stage.GetStartTimeCode() < self.stage.GetEndTimeCode():
+        if self.time == Usd.TimeCode.EarliestTime() and moves(self.stage):
             self.losses.approximated("/", "animation is shown at its first moment")
-        shines = self._gather() or self.lights.found
-        self.entries += self.lights.entries()
-        if not shines:
-            self.losses.approximated("/", "stage has no light: a white dome lights it")
-            self.entries.append(lights.DEFAULT_DOME)
-        up_axis = str(UsdGeom.GetStageUpAxis(self.stage))
-        if eye is None:
-            self.losses.approximated("/", "stage has no camera: one that sees everything is used")
-            sensor = cameras.framing_sensor(self.bounds, up_axis, size, self.placing.scale)
-        else:
-            sensor = cameras.sensor(eye, size, self._extent(), self.placing, self.losses)
-        sensor["film"] = {
-            "type": "hdrfilm",
-            "width": size[0],
-            "height": size[1],
-            "rfilter": {"type": "box"},
-            "pixel_format": "rgb",
-            "component_format": "float32",
-        }
+        found = self.walk.everything()
+        bounds = _bounds(found)
+        placing = Placing(picture_scale(bounds), self.time)
+        entries = self._entries(found, placing.scale)
+        sensor, exposure = self._sensor(eye, size, bounds, placing)
         description: dict[str, Any] = {
             "type": "scene",
             "integrator": {"type": self._integrator(), "max_depth": MAX_DEPTH},
             "sensor": sensor,
         }
-        description |= {f"entry_{k:05d}": entry for k, entry in enumerate(self.entries)}
+        description |= {f"entry_{k:05d}": entry for k, entry in enumerate(entries)}
         try:
             scene = mi.load_dict(description, parallel=False, optimize=False)
         except RuntimeError as error:
@@ -123,93 +127,38 @@ class _Walk:
             reason = " ".join(str(error).split())[:300]
             raise StageError(f"{root}: Mitsuba refuses the scene: {reason}") from None
         path = str(eye.GetPath()) if eye is not None else ""
-        return Translation(scene, self.losses.as_tuple(), path)
+        return Translation(scene, self.losses.as_tuple(), path, exposure)
 
-    def _gather(self) -> bool:
-        """Collect the entries of all prims; return whether any of them shines."""
-        shines = False
-        walk = iter(
-            Usd.PrimRange(
-                self.stage.GetPseudoRoot(), Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
-            )
-        )
-        for prim in walk:
-            if prim.IsPseudoRoot() or not _is_drawn(prim, self.time):
-                continue
-            if lights.is_light(prim) and not prim.IsA(UsdGeom.Gprim):
-                self.lights.add(prim, self.placing)
-            elif prim.IsA(UsdGeom.PointInstancer):
-                self.losses.dropped(prim, "PointInstancer with all its copies")
-                walk.PruneChildren()
-            elif prim.IsA(UsdGeom.Gprim):
-                shines |= self._add_shape(prim)
-            elif _is_unknown(prim):
-                self.losses.dropped(prim, f"type {prim.GetTypeName()} is unknown")
-        return shines
+    def _entries(self, found: Found, scale: float) -> list[Any]:
+        """Return the shapes and lights of the scene; a white dome where nothing shines."""
+        shines = any(shape.look.emission is not None for shape in found.shapes)
+        entries = assemble(found.shapes, scale, self._dress, self.losses)
+        for light, placing in found.lights:
+            self.lights.add(light, placing.scaled(scale))
+        entries += self.lights.entries()
+        if not shines and not self.lights.found:
+            self.losses.approximated("/", "stage has no light: a white dome lights it")
+            entries.append(lights.DEFAULT_DOME)
+        return entries
 
-    def _add_shape(self, prim: Usd.Prim) -> bool:
-        """Collect a surface; return whether its material shines."""
-        world = self.placing.world(prim)
-        opacity = UsdGeom.Gprim(prim).GetDisplayOpacityAttr().Get(self.time)
-        if opacity and min(opacity) < 1:
-            self.losses.dropped(prim, "displayOpacity below 1: the shape is opaque")
-        if singular(world):
-            self.losses.dropped(prim, "shape is flattened by its transform")
-            return False
-        if not prim.IsA(UsdGeom.Mesh):
-            made = shapes.translate(prim, world, self.time, self.losses)
-            if made is None:
-                return False
-            return self._add_analytic(prim, made)
-        surface = meshes.read_surface(prim, world, self.time, self.losses)
-        if surface is None:
-            return False
-        parts = meshes.parts(prim, surface, self.time, self.losses)
-        shining = [self._add_part(prim, surface, part) for part in parts]
-        return any(shining)
+    def _sensor(
+        self, eye: Usd.Prim | None, size: tuple[int, int], bounds: Bounds | None, placing: Placing
+    ) -> tuple[dict[str, Any], float]:
+        """Return the sensor with its film, and what the picture is multiplied by."""
+        up_axis = str(UsdGeom.GetStageUpAxis(self.stage))
+        if eye is None:
+            self.losses.approximated("/", "stage has no camera: one that sees everything is used")
+            sensor = cameras.framing_sensor(bounds, up_axis, size, placing.scale)
+            return sensor | {"film": cameras.film(size)}, 1.0
+        extent = 1.0
+        if bounds is not None:
+            extent = float(np.linalg.norm(bounds[1] - bounds[0])) * placing.scale or 1.0
+        sensor = cameras.sensor(eye, size, extent, placing, self.losses)
+        return sensor, cameras.exposure(eye, self.time, self.losses)
 
-    def _add_part(self, prim: Usd.Prim, surface: meshes.Surface, part: meshes.Part) -> bool:
-        look, color, uv = self.looks.of(part.prim), None, None
-        if look is None:
-            color = meshes.corner_primvar(prim, "displayColor", 3, surface, self.time, self.losses)
-            look = materials.VERTEX_COLORED if color is not None else materials.PLAIN
-        light = self.lights.of(prim, self.time)
-        if light:
-            look = self.lights.shine(light, look, meshes.surface_area(surface), self.placing)
-        if look.uv is not None:
-            uv = meshes.corner_primvar(prim, look.uv, 2, surface, self.time, self.losses)
-            if uv is None:
-                self.losses.approximated(prim, f"has no texture coordinates {look.uv}: 0 is used")
-                uv = np.zeros((surface.indices.size, 2))
-        properties = mi.Properties()
-        properties["mesh_bsdf"] = self._bsdf(look, _both_sides(prim, self.time))
-        if look.emission is not None:
-            properties["mesh_emitter"] = mi.load_dict(look.emission, parallel=False)
-        self.entries.append(meshes.to_mesh(surface, part, uv, color, properties))
-        return look.emission is not None
-
-    def _add_analytic(self, prim: Usd.Prim, entry: dict[str, Any]) -> bool:
-        look = self.looks.of(prim)
-        if look is None:
-            colors = UsdGeom.Gprim(prim).GetDisplayColorAttr().Get(self.time)
-            color = {"type": "rgb", "value": [float(v) for v in colors[0]]} if colors else None
-            look = materials.default_look(color) if color else materials.PLAIN
-        light = self.lights.of(prim, self.time)
-        if light:
-            extent = float(mi.load_dict(entry).surface_area()[0])
-            look = self.lights.shine(light, look, extent, self.placing)
-        if look.uv is not None:
-            self.losses.approximated(
-                prim, f"{prim.GetTypeName()} has no texture coordinates {look.uv} in USD"
-            )
-        entry["bsdf"] = self._bsdf(look, _both_sides(prim, self.time))
-        if look.emission is not None:
-            entry["emitter"] = look.emission
-        self.entries.append(entry)
-        return look.emission is not None
-
-    def _bsdf(self, look: materials.Look, both_sides: bool) -> Any:
-        """Return the BSDF, one object for all shapes that share a look."""
+    def _dress(self, placed: Placed) -> tuple[Any, dict[str, Any] | None]:
+        """Return the BSDF of a shape, one object for all that share a look, and its emitter."""
+        look, both_sides = placed.look, placed.both_sides
         self.pierced |= look.pierced
         key = (id(look), both_sides)
         if key not in self.bsdfs:
@@ -218,35 +167,20 @@ class _Walk:
                 bsdf = {"type": "twosided", "bsdf": bsdf}
             # The look is kept beside its BSDF: its id must not pass to another one.
             self.bsdfs[key] = (look, mi.load_dict(bsdf, parallel=False, optimize=False))
-        return self.bsdfs[key][1]
+        return self.bsdfs[key][1], look.emission
 
     def _integrator(self) -> str:
         """Return the integrator: the plain one stops shadow rays at gaps, the other does not."""
         return "volpath" if self.pierced and self.lights.unseen else "path"
 
-    def _extent(self) -> float:
-        if self.bounds is None:
-            return 1.0
-        return float(np.linalg.norm(self.bounds[1] - self.bounds[0])) * self.placing.scale or 1.0
 
-
-def _is_drawn(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
-    """Return whether a prim is visible and meant for a final picture."""
-    imageable = UsdGeom.Imageable(prim)
-    if not imageable:
-        return True
-    if imageable.ComputeVisibility(time) == UsdGeom.Tokens.invisible:
-        return False
-    return imageable.ComputePurpose() in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
-
-
-def _is_unknown(prim: Usd.Prim) -> bool:
-    """Return whether no schema defines the type that a prim says it is."""
-    name = prim.GetTypeName()
-    return bool(name) and not Usd.SchemaRegistry().FindConcretePrimDefinition(name)
-
-
-def _both_sides(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
-    """Return whether the back shows: yes, unless the stage itself says no."""
-    attribute = UsdGeom.Gprim(prim).GetDoubleSidedAttr()
-    return bool(attribute.Get(time)) if attribute.HasAuthoredValue() else True
+def _bounds(found: Found) -> Bounds | None:
+    """Return the corners of all shapes, in stage units, else of all lights; None for nothing."""
+    boxes = [placed.bounds() for placed in found.shapes]
+    if not boxes:
+        places = [placing.unscaled(light)[:3, 3] for light, placing in found.lights]
+        boxes = [(place, place) for place in places if np.isfinite(place).all()]
+    if not boxes:
+        return None
+    low, high = np.array(boxes).swapaxes(0, 1)
+    return low.min(axis=0), high.max(axis=0)

@@ -8,7 +8,7 @@ in a stage in metres and would part a cloth from what it lies on.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import mitsuba as mi
@@ -26,10 +26,16 @@ _EXTENT = 1024.0
 
 @dataclass(slots=True)
 class Placing:
-    """Gives world matrices, scaled by a power of two so that no digit is lost."""
+    """Gives world matrices, scaled by a power of two so that no digit is lost.
+
+    For a copy of what lies below `root`, `base` leads from the space around the copy's root to
+    the world.
+    """
 
     scale: float
     time: Usd.TimeCode
+    root: Usd.Prim | None = None
+    base: Doubles = field(default_factory=lambda: np.eye(4))
     _cache: UsdGeom.XformCache = field(init=False)
 
     def __post_init__(self) -> None:
@@ -40,12 +46,32 @@ class Placing:
 
         A reset transform stack is honored.
         """
-        matrix = np.array(self._cache.GetLocalToWorldTransform(prim), np.float64).T
-        return np.diag((self.scale, self.scale, self.scale, 1.0)) @ matrix
+        return np.diag((self.scale, self.scale, self.scale, 1.0)) @ self.unscaled(prim)
 
     def unscaled(self, prim: Usd.Prim) -> Doubles:
-        """Return the matrix in the units of the stage."""
-        return np.array(self._cache.GetLocalToWorldTransform(prim), np.float64).T
+        """Return the matrix in the units of the stage, without a perspective part."""
+        matrix = self.authored(prim)
+        matrix[3] = (0.0, 0.0, 0.0, 1.0)
+        return self.base @ matrix
+
+    def authored(self, prim: Usd.Prim) -> Doubles:
+        """Return the matrix up to the root of the stage or of the copy, perspective and all."""
+        if self.root is None:
+            return np.array(self._cache.GetLocalToWorldTransform(prim), np.float64).T
+        relative, _ = self._cache.ComputeRelativeTransform(prim, self.root.GetParent())
+        return np.array(relative, np.float64).T
+
+    def copied(self, matrix: Doubles) -> Placing:
+        """Return the placing of the same copy moved by a (4, 4) matrix of the world."""
+        return replace(self, base=matrix @ self.base)
+
+    def below(self, root: Usd.Prim) -> Placing:
+        """Return the placing of a copy of `root` whose surrounding space is the world."""
+        return Placing(self.scale, self.time, root)
+
+    def scaled(self, scale: float) -> Placing:
+        """Return the same placing with other units of the picture."""
+        return replace(self, scale=scale)
 
 
 def picture_scale(bounds: tuple[Doubles, Doubles] | None) -> float:
@@ -56,18 +82,6 @@ def picture_scale(bounds: tuple[Doubles, Doubles] | None) -> float:
     if not 0 < diagonal < math.inf:
         return 1.0
     return float(2.0 ** math.floor(math.log2(_EXTENT / diagonal)))
-
-
-def stage_bounds(stage: Usd.Stage, time: Usd.TimeCode) -> tuple[Doubles, Doubles] | None:
-    """Return the corners of what is rendered, in the units of the stage; None if nothing is."""
-    cache = UsdGeom.BBoxCache(time, [UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
-    box = cache.ComputeWorldBound(stage.GetPseudoRoot()).ComputeAlignedRange()
-    if box.IsEmpty():
-        return None
-    low, high = np.array(box.GetMin(), np.float64), np.array(box.GetMax(), np.float64)
-    if not (np.isfinite(low).all() and np.isfinite(high).all()):
-        return None
-    return low, high
 
 
 def to_mitsuba(matrix: Doubles) -> Any:
