@@ -11,7 +11,7 @@ import numpy as np
 from weaveusd.synth.compiled import inlined
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     Doubles = NDArray[np.float64]
     Indices = NDArray[np.int32]
@@ -20,6 +20,15 @@ if TYPE_CHECKING:
 MAX_KNOTS = 512
 MAX_SIGMAS = 3.0
 """Deviations are clipped to so many standard deviations."""
+
+
+def settled(values: ArrayLike) -> Doubles:
+    """Return `values` (…) rounded to single precision, as doubles.
+
+    Sines, powers and logarithms of libraries differ in the last bit of a double from machine to
+    machine. Rounded they are the same, but for one in 2^28.
+    """
+    return np.asarray(values, np.float32).astype(float)
 
 
 class Blend(NamedTuple):
@@ -56,7 +65,7 @@ def wander(
     shortest = float(np.asarray(correlation_mm, float)[moving].min())
     knots = int(np.clip(round(length_mm / shortest), 1, MAX_KNOTS))
     normal = np.random.Generator(np.random.PCG64(seed)).standard_normal((len(yarn), knots))
-    normal = np.clip(normal, -MAX_SIGMAS, MAX_SIGMAS)
+    normal = np.clip(settled(normal), -MAX_SIGMAS, MAX_SIGMAS)
     for one in np.unique(yarn):
         own = normal[yarn == one]
         # An exact sum: that of NumPy may differ between machines.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from weaveusd.cloth.layout import corner_limit, swing_mm
-from weaveusd.synth.noise import Blend, blends, wander
+from weaveusd.synth.noise import Blend, blends, settled, wander
 from weaveusd.synth.spine import circle_radius, conic_parameters
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ def _threads(
         axis=swing_mm,
         sunk=-swing_mm,
         yarn=yarn,
-        psi=np.array([y.twist_angle for y in yarns])[yarn],
+        psi=settled([y.twist_angle for y in yarns])[yarn],
         twist=np.clip(
             wander([y.twist_deviation for y in yarns], [y.twist_correlation_mm for y in yarns],
                    yarn, length_mm, (*seed, TWIST)), -1, 1),
@@ -185,10 +185,10 @@ def _spines(
 ) -> Doubles:
     """Return the numbers (F + 1, 4) of each float's spine, and last of a thread without float."""
     count = len(floats.thread)
-    noise = np.random.Generator(np.random.PCG64(seed)).standard_normal(count)
+    noise = settled(np.random.Generator(np.random.PCG64(seed)).standard_normal(count))
     b = half[floats.thread]
-    u_max = floats.u_max * np.clip(1 + deviation * np.clip(noise, -3, 3), 0.05, 2)
-    u_max = np.minimum(u_max, corner_limit(b, floats.bend_mm))
+    u_max = settled(floats.u_max) * np.clip(1 + deviation * np.clip(noise, -3, 3), 0.05, 2)
+    u_max = np.minimum(u_max, settled(corner_limit(b, floats.bend_mm)))
     straight = np.full(count, np.inf)
     radius, r_hat = np.ones(count), np.full(count, np.nan)
     bent = u_max > 0

@@ -14,7 +14,7 @@ IEEE arithmetic alone, so that every machine computes the same bits.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,14 +23,34 @@ from weaveusd.synth.compiled import inlined, step
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-SIN_LIMIT = math.sin(math.pi / 2 - 0.02)
-"""No inclination exceeds 90° − 0.02 rad."""
-
 _S = tuple((-1) ** k / math.factorial(2 * k + 1) for k in range(1, 7))
 _C = tuple((-1) ** k / math.factorial(2 * k) for k in range(1, 8))
 """Coefficients of the series of sine and cosine behind their first terms."""
 
 _ROUNDING = 1.5 * 2.0**52
+
+
+def sine_cosine(angle: Any) -> tuple[Any, Any]:
+    """Return sine and cosine of angles (…) within ±π, by their series around angle/4.
+
+    The libraries' own differ in the last bit from machine to machine; these do not. The
+    absolute error is below 1e-12.
+    """
+    q = 0.25 * angle
+    q2 = q * q
+    s = q * (1.0 + q2 * (_S[0] + q2 * (_S[1] + q2 * (_S[2] + q2 * (_S[3] + q2 * (
+        _S[4] + q2 * _S[5]))))))  # fmt: skip
+    c = 1.0 + q2 * (_C[0] + q2 * (_C[1] + q2 * (_C[2] + q2 * (_C[3] + q2 * (
+        _C[4] + q2 * (_C[5] + q2 * _C[6]))))))  # fmt: skip
+    s, c = 2.0 * s * c, c * c - s * s
+    return 2.0 * s * c, c * c - s * s
+
+
+sin_cos = inlined(sine_cosine)
+"""`sine_cosine` of one angle, in compiled loops."""
+
+SIN_LIMIT: float = sine_cosine(0.02)[1]
+"""No inclination exceeds 90° − 0.02 rad."""
 
 
 @inlined
@@ -113,23 +133,6 @@ def frame(
 
 
 @inlined
-def sin_cos(angle: float) -> tuple[float, float]:
-    """Return sine and cosine of an angle within ±π, by their series around angle/4.
-
-    The libraries' own differ in the last bit from machine to machine; this one does not. The
-    absolute error is below 1e-12.
-    """
-    q = 0.25 * angle
-    q2 = q * q
-    s = q * (1.0 + q2 * (_S[0] + q2 * (_S[1] + q2 * (_S[2] + q2 * (_S[3] + q2 * (
-        _S[4] + q2 * _S[5]))))))  # fmt: skip
-    c = 1.0 + q2 * (_C[0] + q2 * (_C[1] + q2 * (_C[2] + q2 * (_C[3] + q2 * (
-        _C[4] + q2 * (_C[5] + q2 * _C[6]))))))  # fmt: skip
-    s, c = 2.0 * s * c, c * c - s * s
-    return 2.0 * s * c, c * c - s * s
-
-
-@inlined
 def nearest(x: float) -> float:
     """Return the whole number nearest to `x`, ties to even, for |x| below 2^51.
 
@@ -148,7 +151,8 @@ def floor(x: float) -> float:
 
 def circle_radius(bend_mm: ArrayLike, u_max: ArrayLike, b_mm: ArrayLike) -> NDArray[np.float64]:
     """Return R₀ (…) of bends that end, at their crown, after `bend_mm`: e / sin u_max − b."""
-    radius: NDArray[np.float64] = np.asarray(bend_mm, float) / np.sin(u_max) - np.asarray(b_mm)
+    sin_u, _ = sine_cosine(np.asarray(u_max, float))
+    radius: NDArray[np.float64] = np.asarray(bend_mm, float) / sin_u - np.asarray(b_mm)
     return radius
 
 
@@ -160,11 +164,13 @@ def conic_parameters(
     r̂ = 1 + κ (1 + cot u_max); the crown ends at half the length, so the spine ends at
     h = l/2 − b sin u_max.
     """
-    r_hat = 1 + kappa * (1 + 1 / math.tan(u_max))
-    h = 0.5 * length_mm - b_mm * math.sin(u_max)
-    x = r_hat * math.tan(u_max)
+    sin_u, cos_u = sine_cosine(u_max)
+    tan_u = sin_u / cos_u
+    r_hat = 1 + kappa * (1 + 1 / tan_u)
+    h = 0.5 * length_mm - b_mm * sin_u
+    x = r_hat * tan_u
     if r_hat == 0:
-        return 0.0, h / (2 * math.tan(u_max))
+        return 0.0, h / (2 * tan_u)
     if r_hat > 0:
         return r_hat, h / (x / math.sqrt(1 + x * x))
     return r_hat, h / (-x / math.sqrt(1 - x * x))

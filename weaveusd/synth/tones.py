@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from weaveusd.color_space import LUMINANCE, RGB
-from weaveusd.synth.noise import MAX_SIGMAS
+from weaveusd.synth.noise import MAX_SIGMAS, settled
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -56,7 +56,7 @@ def lay_tones(yarns: tuple[Yarn, ...], space: ColorSpace = "lin_rec709") -> Tone
         count[i] = len(colors)
         by_ply[i] = bool(yarn.irregularity.strands)
         for k, (own, _) in enumerate(colors):
-            color[i, k] = own
+            color[i, k] = settled(own)
             scale[i, k] = _scales(color[i, k], yarn.irregularity.color, LUMINANCE[space])
         borders = np.cumsum([share for _, share in colors])
         places = (np.arange(SLOTS) + 0.5) / SLOTS * borders[-1]
@@ -94,4 +94,4 @@ def _scales(color: Doubles, delta_e: float, weights: RGB) -> Doubles:
     room = 1 / float(color.max()) - 1
     if scale.max() - 1 > room:
         scale = 1 + (scale - 1) * (room / (scale.max() - 1))
-    return np.asarray(scale)
+    return settled(scale)
