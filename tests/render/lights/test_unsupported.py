@@ -106,3 +106,16 @@ def test_a_light_flattened_by_its_transform_is_dropped(mi: Any, tmp_path: Path) 
     light = UsdLux.RectLight.Define(stage, "/World/Flat")
     light.AddScaleOp().Set(Gf.Vec3f(1, 0, 1))
     assert said(stage) == ["/World/Flat: light is flattened by its transform (dropped)"]
+
+
+def test_a_shader_of_another_renderer_is_shown_as_the_light_that_it_replaces(
+    mi: Any, tmp_path: Path
+) -> None:
+    stage = card(tmp_path)
+    prim = add_dome(stage).GetPrim()
+    prim.GetAttribute("light:shaderId").Set("DomeLight")
+    assert said(stage) == []
+    prim.GetAttribute("light:shaderId").Set("PxrEnvDayLight")
+    assert said(stage) == [
+        "/World/Dome: shader PxrEnvDayLight is shown as DomeLight (approximated)"
+    ]

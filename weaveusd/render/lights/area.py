@@ -42,22 +42,17 @@ _LINE = 1e-3
 
 def rect(inputs: Inputs, placing: Placing) -> Entry:
     """Return a rectangle that shines along -Z; its texture's top left lies on (+X, +Y)."""
-    width, height = inputs.extent("width", 1.0), inputs.extent("height", 1.0)
-    turn = rotation("Y", 180) @ scaling(width / 2, height / 2, 1)
-    axes = (placing.unscaled(inputs.prim) @ turn)[:3, :3]
-    area = 4 * float(np.linalg.norm(np.cross(axes[:, 0], axes[:, 1])))
+    half_width = inputs.extent("width", 1.0) / 2
+    half_height = inputs.extent("height", 1.0) / 2
     picture = read_picture(inputs)
     texture = None if picture is None else on_rectangle(picture)
-    return _flat("rectangle", inputs, placing, turn, area, texture)
+    return _flat("rectangle", inputs, placing, (half_width, half_height), 4.0, texture)
 
 
 def disk(inputs: Inputs, placing: Placing) -> Entry:
     """Return a disk that shines along -Z; scaled unevenly it is an ellipse."""
     radius = inputs.extent("radius", 0.5)
-    turn = rotation("Y", 180) @ scaling(radius, radius, 1)
-    axes = (placing.unscaled(inputs.prim) @ turn)[:3, :3]
-    area = math.pi * float(np.linalg.norm(np.cross(axes[:, 0], axes[:, 1])))
-    return _flat("disk", inputs, placing, turn, area)
+    return _flat("disk", inputs, placing, (radius, radius), math.pi)
 
 
 def sphere(inputs: Inputs, placing: Placing) -> Entry | Any:
@@ -127,9 +122,13 @@ def radiance(inputs: Inputs, area: float) -> Doubles:
 
 
 def _flat(
-    kind: str, inputs: Inputs, placing: Placing, turn: Doubles, area: float,
+    kind: str, inputs: Inputs, placing: Placing, half: tuple[float, float], share: float,
     texture: Any = None,
 ) -> Entry:  # fmt: skip
+    """Return a flat shape whose area is `share` times the product of its half axes."""
+    turn = rotation("Y", 180) @ scaling(*half, 1)
+    axes = (placing.unscaled(inputs.prim) @ turn)[:3, :3]
+    area = share * float(np.linalg.norm(np.cross(axes[:, 0], axes[:, 1])))
     matrix = placing.world(inputs.prim) @ turn
     return _shape(kind, inputs, placing, matrix, area, texture)
 

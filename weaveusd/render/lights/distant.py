@@ -12,9 +12,6 @@ from weaveusd.render.lights.inputs import Inputs, bounded, emission
 from weaveusd.render.lights.shaping import read_shaping
 from weaveusd.render.xforms import Placing
 
-SUN_INTENSITY, SUN_ANGLE = 50000.0, 0.53
-"""The schema's own fallbacks."""
-
 _WIDEST = math.radians(359.9)
 """The schema asks for an angle below 360°."""
 
@@ -31,8 +28,8 @@ def distant(inputs: Inputs, placing: Placing) -> dict[str, Any]:
     Refused
         When one of its numbers is none.
     """
-    value = emission(inputs, SUN_INTENSITY)
-    half = min(math.radians(inputs.extent("angle", SUN_ANGLE)), _WIDEST) / 2
+    value = emission(inputs)
+    half = min(math.radians(inputs.extent("angle", 0.53)), _WIDEST) / 2
     toward = placing.world(inputs.prim)[:3, 2]
     toward = toward / np.linalg.norm(toward)
     if not read_shaping(inputs, placing.world(inputs.prim)).neutral:

@@ -103,12 +103,12 @@ class Inputs:
         return space
 
 
-def emission(inputs: Inputs, intensity: float = 1.0) -> Doubles:
+def emission(inputs: Inputs) -> Doubles:
     """Return color · intensity · 2^exposure · blackbody, three numbers, linear Rec.709.
 
     This is L of UsdLux before it is divided by the light's size. The blackbody is
-    `UsdLux.BlackbodyTemperatureAsRgb`, of luminance 1. `intensity` is the schema's fallback.
-    Multipliers of diffuse and specular response are part of it where they agree.
+    `UsdLux.BlackbodyTemperatureAsRgb`, of luminance 1. Multipliers of diffuse and specular
+    response are part of it where they agree.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def emission(inputs: Inputs, intensity: float = 1.0) -> Doubles:
         When it is negative or beyond what single precision holds.
     """
     color = inputs.color("color", (1.0, 1.0, 1.0))
-    power = inputs.number("intensity", intensity) * np.exp2(inputs.number("exposure", 0.0))
+    power = inputs.number("intensity", 1.0) * np.exp2(inputs.number("exposure", 0.0))
     if inputs.flag("enableColorTemperature"):
         # The conversion ends the process where it is given no number; `number` refuses that.
         kelvin = inputs.number("colorTemperature", 6500.0)

@@ -2,29 +2,45 @@
 
 from __future__ import annotations
 
-from pxr import Usd, UsdGeom, UsdLux
+from pxr import Gf, Usd, UsdGeom, UsdLux
 
 from weaveusd.render.lights.inputs import Inputs
 
-_SHADOWS: dict[str, float] = {"distance": -1.0, "falloff": -1.0}
+_NEUTRAL_SHADOWS = {
+    "color": Gf.Vec3f(0.0),
+    "distance": -1.0,
+    "enable": True,
+    "falloff": -1.0,
+}
+"""Shadow settings with the values that change nothing; falloffGamma needs a falloff."""
 
 
 def note_unsupported(inputs: Inputs) -> None:
-    """Report filters, links that exclude something, and shadow settings that change a picture."""
+    """Report shaders, filters, links that exclude, and shadow settings that change a picture."""
+    _note_shader(inputs)
     _note_filters(inputs)
     _note_shadows(inputs)
     light = UsdLux.LightAPI(inputs.prim)
-    for name, what, collection in (
-        ("light link", "lit", light.GetLightLinkCollectionAPI()),
-        ("shadow link", "shadows of", light.GetShadowLinkCollectionAPI()),
+    for name, verb, collection in (
+        ("light link", "is lit", light.GetLightLinkCollectionAPI()),
+        ("shadow link", "casts a shadow", light.GetShadowLinkCollectionAPI()),
     ):
         left_out = _left_out(inputs.prim, collection)
         if left_out:
             more = f" and {len(left_out) - 1} more" if len(left_out) > 1 else ""
-            verb = "is lit" if what == "lit" else "casts a shadow"
             inputs.losses.dropped(
                 inputs.prim, f"{name}: {left_out[0]}{more} {verb} although it is left out"
             )
+
+
+def _note_shader(inputs: Inputs) -> None:
+    shader = inputs.prim.GetAttribute("light:shaderId")
+    if shader and shader.HasAuthoredValue():
+        own = inputs.prim.GetPrimDefinition().GetAttributeFallbackValue("light:shaderId")
+        stated = shader.Get(inputs.time)
+        if stated and stated != own:
+            kind = inputs.prim.GetTypeName()
+            inputs.losses.approximated(inputs.prim, f"shader {stated} is shown as {kind}")
 
 
 def _note_filters(inputs: Inputs) -> None:
@@ -35,19 +51,13 @@ def _note_filters(inputs: Inputs) -> None:
 
 
 def _note_shadows(inputs: Inputs) -> None:
-    if not inputs.prim.HasAPI(UsdLux.ShadowAPI):
-        return
     asked = [
         name
-        for name, neutral in _SHADOWS.items()
-        if inputs.value(f"shadow:{name}", neutral) not in (None, neutral)
+        for name, neutral in _NEUTRAL_SHADOWS.items()
+        if inputs.value(f"shadow:{name}", neutral) != neutral
     ]
-    if not inputs.value("shadow:enable", True):
-        asked.append("enable")
-    if any(inputs.value("shadow:color", (0, 0, 0))):
-        asked.append("color")
     if asked:
-        names = ", ".join(f"shadow:{name}" for name in sorted(asked))
+        names = ", ".join(f"shadow:{name}" for name in asked)
         inputs.losses.dropped(inputs.prim, f"{names}: its shadows are as the geometry casts them")
 
 
