@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from pxr import Usd, UsdShade
+from pxr import Sdf, Usd, UsdShade
 
 from weaveusd import contract
 from weaveusd.errors import InputError, StageError
@@ -132,14 +132,22 @@ class Looks:
             bsdf, uv = cloth.translate(shader, self.time, self.losses)
             return Look(bsdf, uv, opaque=False, pierced=True)
 
-        values = (source_of(given) for given in shader.GetInputs())
-        key = tuple(repr(v.attribute.Get(self.time)) for v in values if v is not None)
+        sources = (source_of(given) for given in shader.GetInputs())
+        key = (_said(source.attribute, self.time) for source in sources if source is not None)
         return self._once(("cloth", *key), make)
 
     def _once(self, key: tuple[object, ...], make: Callable[[], Look]) -> Look:
         if key not in self._made:
             self._made[key] = make()
         return self._made[key]
+
+
+def _said(attribute: Usd.Attribute, time: Usd.TimeCode) -> tuple[str, ...]:
+    """Return the value of an attribute in words; two files of one name are two."""
+    value = attribute.Get(time)
+    file = str(value.resolvedPath) if isinstance(value, Sdf.AssetPath) else ""
+    space = str(attribute.GetColorSpace()) if attribute.HasColorSpace() else ""
+    return attribute.GetName(), repr(value), file, space
 
 
 def default_look(color: dict[str, Any]) -> Look:

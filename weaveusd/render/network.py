@@ -11,7 +11,7 @@ from pxr import Usd, UsdShade
 
 from weaveusd.errors import StageError
 from weaveusd.render import color
-from weaveusd.render.fields import Field, Fields
+from weaveusd.render.fields import Field, Fields, walk
 from weaveusd.render.model import Losses
 from weaveusd.render.nodes import shader_id, source_of
 from weaveusd.render.rasters import Rasters
@@ -21,6 +21,8 @@ MAX_DEPTH = 48
 
 MAX_SIZE = 1e8
 """Numbers beyond are taken for a slip: their products would leave what a float can hold."""
+
+_AXES = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
 
 Reader = Callable[["Network", UsdShade.Shader, str], Field]
 """Returns the field of a node's output; raises StageError where it cannot."""
@@ -40,6 +42,7 @@ class Network:
     rasters: Rasters
     readers: Mapping[str, Reader]
     directional: bool = False  # what is read is the surface's normal or tangent
+    framed: bool = False  # some node gave a direction in the surface's frame
     _read: dict[str, Field | None] = field(default_factory=dict)
     _open: set[str] = field(default_factory=set)
 
@@ -59,14 +62,27 @@ class Network:
             return default
         return default if found is None else self.fields.resized(found, default.width)
 
-    def direction(self, node: UsdShade.Shader, name: str) -> Field | None:
-        """Return an input that is a direction, in tangent space; None where nothing feeds it."""
+    def direction(self, node: UsdShade.Shader, name: str, *, in_world: bool = True) -> Field | None:
+        """Return an input that is a direction, in tangent space; None for the surface's own.
+
+        `in_world` tells that the shader takes it in the world, as MaterialX does: then only nodes
+        that give directions in the surface's frame are exact.
+        """
         if not self.connected(node, name):
+            if self.value(node, name, None) not in (None, *_AXES):
+                self.losses.dropped(node.GetPrim(), f"constant {name}")
             return None
         was, self.directional = self.directional, True
         found = self.input(node, name, (0, 0, 0))
         self.directional = was
-        return None if found.numbers == (0.0, 0.0, 0.0) else found
+        if found.numbers == (0.0, 0.0, 0.0):
+            return None
+        if any(f.kind == "primvar" and f.width == len(_AXES[0]) for f in walk(found)):
+            self.losses.dropped(node.GetPrim(), f"{name} from a primvar")
+            return None
+        if in_world and not self.framed:
+            self.losses.approximated(node.GetPrim(), f"{name} is taken to be in tangent space")
+        return found
 
     def output(self, node: UsdShade.Shader, output: str) -> Field | None:
         """Return the field of a node's output, None where it is not understood.

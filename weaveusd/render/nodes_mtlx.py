@@ -156,6 +156,7 @@ def _st(net: Network) -> Field:
 def _needs_frame(net: Network, node: UsdShade.Shader) -> None:
     if not net.directional:
         raise StageError("direction in the world is carried as normal or tangent only")
+    net.framed = True
 
 
 def _axis(x: float, y: float, z: float) -> Reader:

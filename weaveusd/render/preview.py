@@ -51,7 +51,7 @@ def read(net: Network, shader: UsdShade.Shader) -> Surface:
         transmission_color=white,
         ior=1.5,
         thin_walled=True,
-        normal=net.direction(shader, "normal"),
+        normal=net.direction(shader, "normal", in_world=False),
         clear_base=opacity is not one and _mode(net, shader) == _TRANSPARENT,
     )
 
