@@ -9,20 +9,34 @@ those of IEEE 754, so that every machine computes the same bits.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from numba import njit
+from numba.core.caching import FunctionCache
 
 _OPTIONS = {"nogil": True, "error_model": "numpy", "_nrt": False}
 
+SOURCES = hashlib.sha256(
+    b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+).hexdigest()
+"""What the files of this package are: compiled code is kept for these and no others."""
+
+
+class _Cache(FunctionCache):  # type: ignore[misc] # numba has no types
+    """Numba's cache on disk, which by itself knows the file of the outermost function alone."""
+
+    def _index_key(self, *arguments: Any) -> tuple[Any, ...]:
+        return (*super()._index_key(*arguments), SOURCES)
+
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """Return `function`, one that Python calls, compiled for its types and kept on disk.
-
-    What is kept knows the file of `function` alone, not those of the steps that it calls.
-    """
-    return njit(**_OPTIONS, cache=True)(function)
+    """Return `function`, one that Python calls, compiled for its types and kept on disk."""
+    dispatcher = njit(**_OPTIONS)(function)
+    dispatcher._cache = _Cache(function)
+    return dispatcher
 
 
 def step(function: Callable[..., Any]) -> Any:
