@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pxr import Usd, UsdGeom, UsdLux
+from pxr import Gf, Usd, UsdGeom, UsdLux
 
-from tests.render.lights.lamps import card, irradiance, polygon, put, rect
+from tests.render.lights.lamps import card, disk_beside, irradiance, polygon, put, rect
 from tests.render.stages import add_dome, write_image
 from weaveusd.render.lights import Lights, domes, pictures
 from weaveusd.render.model import Losses
@@ -38,6 +38,23 @@ def test_a_light_inside_instances_shines_at_each_of_them(mi: Any, tmp_path: Path
     )
     found, losses = irradiance(stage, 8192)
     assert found == pytest.approx(expected, rel=0.01)
+    assert losses == []
+
+
+def test_a_light_in_a_point_instancer_shines_at_each_place(mi: Any, tmp_path: Path) -> None:
+    """Each place, size and turn counts; the copy that is turned away gives nothing."""
+    stage = card(tmp_path)
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/Many")
+    light = UsdLux.DiskLight.Define(stage, "/World/Many/Lamp")
+    light.CreateRadiusAttr(0.1)
+    instancer.CreatePrototypesRel().AddTarget(light.GetPath())
+    instancer.CreateProtoIndicesAttr([0, 0, 0])
+    instancer.CreatePositionsAttr([(0, 0, 3), (2, 0, 4), (-2, 0, 2)])
+    instancer.CreateScalesAttr([(1, 1, 1), (3, 3, 3), (1, 1, 1)])
+    upright, turned = Gf.Quath(1, 0, 0, 0), Gf.Quath(0, 1, 0, 0)
+    instancer.CreateOrientationsAttr([upright, upright, turned])
+    found, losses = irradiance(stage, 8192)
+    assert found == pytest.approx(disk_beside(0.1, 3, 0) + disk_beside(0.3, 4, 2), rel=0.01)
     assert losses == []
 
 

@@ -8,7 +8,15 @@ import pytest
 from pxr import Gf, UsdGeom, UsdLux
 
 from tests.render.lights.lamps import card, irradiance, polygon, received, shaped
-from tests.render.stages import add_camera, add_mesh, bind, picture, preview_material
+from tests.render.stages import (
+    add_camera,
+    add_mesh,
+    add_texture,
+    bind,
+    picture,
+    preview_material,
+    write_image,
+)
 
 # Counter-clockwise seen from below: it faces the card.
 PANEL = ((-1, -1, 2), (-1, 1, 2), (1, 1, 2), (1, -1, 2))
@@ -82,6 +90,21 @@ def test_a_glow_tints_its_light(mi: Any, tmp_path: Path) -> None:
     assert losses == [
         "/World/Panel: seen directly, its glow is as bright as its light (approximated)"
     ]
+
+
+def test_a_glow_with_a_picture_gives_the_polygon_of_its_lit_half(mi: Any, tmp_path: Path) -> None:
+    stage = card(tmp_path)
+    mesh, light = panel(stage)
+    pixels = np.zeros((64, 64, 3), np.float32)
+    pixels[32:] = 0.5  # t below 1/2
+    write_image(tmp_path / "half.exr", pixels)
+    material, shader = preview_material(stage, ior=1.0, diffuseColor=(0.0,) * 3)
+    add_texture(stage, shader, "emissiveColor", "./half.exr")
+    bind(mesh, material)
+    light.CreateIntensityAttr(4.0)
+    # st is (0, 0), (1, 0), (1, 1), (0, 1) at the corners of PANEL: t grows with x.
+    lit = polygon([(-1, -1, 2), (0, -1, 2), (0, 1, 2), (-1, 1, 2)])
+    assert irradiance(stage, 16384)[0] == pytest.approx(4 * 0.5 * lit, rel=0.015)
 
 
 def test_an_independent_light_has_the_color_of_its_own(mi: Any, tmp_path: Path) -> None:

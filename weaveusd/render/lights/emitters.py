@@ -125,8 +125,27 @@ def _glow_class(variant: str) -> type:
     return Glow
 
 
+def _unseen_class() -> type:
+    class Unseen(mi.Emitter):  # type: ignore[misc]
+        """An emitter that no ray hits."""
+
+        def eval(self, si: Any, active: Any = True) -> Any:
+            return mi.Color3f(0)
+
+        def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            return mi.Float(0)
+
+        def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
+            return mi.Color3f(0)
+
+        def bbox(self) -> Any:
+            return mi.ScalarBoundingBox3f()
+
+    return Unseen
+
+
 def _spot_class(variant: str) -> type:
-    class Spot(mi.Emitter):  # type: ignore[misc]
+    class Spot(_unseen_class()):  # type: ignore[misc]
         """A point whose intensity follows `Factor`."""
 
         def __init__(self, props: Any) -> None:
@@ -135,9 +154,6 @@ def _spot_class(variant: str) -> type:
             dr.make_opaque(self.position)
             self.factor = Factor(props)
             self.m_flags = mi.EmitterFlags.DeltaPosition
-
-        def eval(self, si: Any, active: Any = True) -> Any:
-            return mi.Color3f(0)
 
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> tuple[Any, Any]:
             away = self.position - it.p
@@ -148,15 +164,6 @@ def _spot_class(variant: str) -> type:
             value = self.factor.of(-direction, active) / squared
             return ds, dr.select(active & (squared > 0), value, 0)
 
-        def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
-            return mi.Float(0)
-
-        def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
-            return mi.Color3f(0)
-
-        def bbox(self) -> Any:
-            return mi.ScalarBoundingBox3f()
-
         def to_string(self) -> str:
             return f"Spot[{len(self.factor.parts)} kinds of shaping, {variant}]"
 
@@ -164,7 +171,7 @@ def _spot_class(variant: str) -> type:
 
 
 def _sun_class(variant: str) -> type:
-    class Sun(mi.Emitter):  # type: ignore[misc]
+    class Sun(_unseen_class()):  # type: ignore[misc]
         """One radiance from every direction of a cone."""
 
         def __init__(self, props: Any) -> None:
@@ -175,9 +182,6 @@ def _sun_class(variant: str) -> type:
             dr.make_opaque(self.frame, self.radiance, self.height)
             self.m_flags = mi.EmitterFlags.Infinite | mi.EmitterFlags.DeltaDirection
 
-        def eval(self, si: Any, active: Any = True) -> Any:
-            return mi.Color3f(0)
-
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> tuple[Any, Any]:
             # Uniform in solid angle, 2π (1 - cos θ) in all; exact for the smallest sun.
             below = self.height * sample.x
@@ -186,15 +190,6 @@ def _sun_class(variant: str) -> type:
             direction = self.frame.to_world(mi.Vector3f(across * cosine, across * sine, 1 - below))
             ds = _toward(it, it.p + direction * _FAR, mi.Float(_FAR), direction, self)
             return ds, dr.select(active, self.radiance * (dr.two_pi * self.height), 0)
-
-        def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
-            return mi.Float(0)
-
-        def eval_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
-            return mi.Color3f(0)
-
-        def bbox(self) -> Any:
-            return mi.ScalarBoundingBox3f()
 
         def to_string(self) -> str:
             return f"Sun[{variant}]"
