@@ -148,8 +148,8 @@ def test_a_slip_of_ours_is_an_internal_error(run, monkeypatch):
 
 
 def test_what_fails_its_checks_is_not_published(run, tmp_path, monkeypatch):
-    def upside_down(material, folder, *, progress=None):
-        entry = write_asset(material, folder, progress=progress)
+    def upside_down(material, folder, **settings):
+        entry = write_asset(material, folder, **settings)
         (folder / "textures" / "normal.exr").unlink()
         shutil.copy(folder / "textures" / "tangent.exr", folder / "textures" / "normal.exr")
         return entry

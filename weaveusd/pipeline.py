@@ -220,10 +220,13 @@ def render(
 
 
 def validate(stage: PathLike, *, progress: Progress | None = None) -> Report:
-    """Return what every check finds in the asset whose entry layer is `stage`."""
-    from weaveusd.validate.run import validate
+    """Return what every check finds in the asset whose entry layer is `stage`.
 
-    return validate(stage, progress=progress)
+    The stage is opened in a child process: one that crashes USD costs a finding.
+    """
+    from weaveusd.validate.apart import validate_apart
+
+    return validate_apart(stage, progress=progress)
 
 
 def report_text(report: Report) -> str:

@@ -43,6 +43,9 @@ of it before the slash. Every texture is decoded once for all checks, on all cor
 An asset from elsewhere is taken for hostile: the sizes of layers, images, documents and of the
 manifest are checked before they are read, and no name in a file is used as a path that leaves
 the asset's folder. References of the layers are composed by OpenUSD, which opens what they name.
+`weaveusd validate` and `validate_apart` judge it in a child process with limits of memory and time.
+Where that ends without a report, the report has one finding, of status ERROR: `process-crashed`, or
+`process-late` when its time was up.
 
 <!-- From here on written by weaveusd.validate.manual. -->
 """
