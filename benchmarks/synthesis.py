@@ -51,7 +51,7 @@ COMPONENTS = {
 
 
 def drafts() -> dict[str, Draft]:
-    """Return drafts of 2 × 2, 64 × 32 or so, and 1200 × 1200 threads."""
+    """Return drafts of 2 × 2, 64 × 4 and 1200 × 1200 threads."""
     return {
         draft_name: draft
         for draft in (
@@ -110,9 +110,11 @@ def least(
 def per_pixel(cloth: Weave, columns: int, rows: int) -> tuple[np.ndarray, np.ndarray, float]:
     """Return normals, whether they are sound, and the seconds of the per-pixel method.
 
-    Written anew from its description: for each pixel find the thread, walk along the drawdown
-    to both ends of its float, evaluate normal and tangent of a circular spine (Irawan and
-    Marschner 2012), and take the thread's color. Sound are warp floats that do not reach the
+    Written anew from its description, in plain Python as it was: for each pixel find the thread,
+    walk along the drawdown to both ends of its float, evaluate normal and tangent of a circular
+    spine (Irawan and Marschner 2012), and take the thread's color. Nothing is kept from one
+    pixel to the next, but what is the same for a whole cloth is computed once. It knows neither
+    height nor opacity, which our time includes. Sound are warp floats that do not reach the
     border of the repeat, at which the walk stops; the method's weft is wrong in itself.
     """
     normals, sound = np.zeros((rows, columns, 3)), np.zeros((rows, columns), bool)
@@ -189,20 +191,19 @@ def ours(cloth: Weave, columns: int, rows: int) -> np.ndarray:
     return arrays[0].reshape(rows, columns, 3)
 
 
-def compare() -> tuple[bool, float]:
-    """Print how far the two methods' normals differ; return if they agree, and ns of a texel."""
+def compare() -> bool:
+    """Print how far the two methods' normals differ; return if they agree."""
     # A twill: all its floats are alike, but for those that reach the border.
     cloth = cloth_of(repeat(make_draft("twill:2/2"), 4, 4), "even")
     columns = rows = 160
-    normals, sound, seconds = per_pixel(cloth, columns, rows)
+    normals, sound, _ = per_pixel(cloth, columns, rows)
     found = ours(cloth, columns, rows)
     worst = float(np.abs(found[sound] - normals[sound]).max()) if sound.any() else math.inf
-    nanoseconds = seconds / (columns * rows) * 1e9
     print(
-        f"per-pixel method: {nanoseconds:.0f} ns a texel; normals of {sound.mean():.0%} of the "
-        f"texels compared, largest difference {worst:.1e}"
+        f"per-pixel method: normals of {sound.mean():.0%} of the texels compared, largest "
+        f"difference {worst:.1e}"
     )
-    return worst < 1e-6, nanoseconds
+    return worst < 1e-6
 
 
 def segmentation() -> float:
@@ -228,11 +229,14 @@ def main() -> int:
     quick = parser.parse_args().quick
     resolutions, runs = ((1024,), 3) if quick else ((1024, 2048, 4096), 5)
     jobs = thread_count(None)
-    agree, peer = compare()
+    agree = compare()
     segmentation()
     print(f"\nns a texel and thread: on 1 thread / on {jobs} threads (times {jobs})")
-    print(f"{'threads':>14} {'texels':>7}" + "".join(f"{k:>16}" for k in KINDS) + "   ratio, even")
+    kinds = "".join(f"{kind:>16}" for kind in KINDS)
+    print(f"{'threads':>14} {'texels':>7}{kinds}   per pixel   times even")
     for name, draft in drafts().items():
+        plain = cloth_of(draft, "even")
+        peer = min(per_pixel(plain, 128, 128)[2] for _ in range(runs)) / 128**2 * 1e9
         for resolution in resolutions:
             line, even = f"{name:>14} {resolution:>6}²", math.inf
             for kind in KINDS:
@@ -243,7 +247,7 @@ def main() -> int:
                 every = least(work, runs) / texels * 1e9 * jobs
                 even = min(even, one)
                 line += f"{one:>9.1f} /{every:>5.1f}"
-            print(f"{line}{peer / even:>12.0f}", flush=True)
+            print(f"{line}{peer:>12.0f}{peer / even:>13.0f}", flush=True)
     if not agree:
         print("the normals disagree", file=sys.stderr)
     return 0 if agree else 1
