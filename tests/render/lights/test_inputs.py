@@ -117,17 +117,21 @@ def test_multipliers_of_response_that_agree_dim_the_light(mi: Any, tmp_path: Pat
     ]
 
 
-def test_a_light_is_read_at_the_moment_of_the_picture(mi: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("frame", "intensity", "height"), [(1, 0.5, 3), (2, 1.25, 4), (3, 2, 5)])
+def test_a_light_shines_as_it_does_at_the_frame_of_the_picture(
+    mi: Any, tmp_path: Path, frame: float, intensity: float, height: float
+) -> None:
+    """Linear between its time samples, brightness and place."""
     stage = card(tmp_path)
-    dome = add_dome(stage)
-    dome.GetIntensityAttr().Set(0.5, 1.0)
-    dome.GetIntensityAttr().Set(2.0, 2.0)
-    placed = Placing(1.0, Usd.TimeCode(2.0))
-    lights = Lights(stage, Losses())
-    lights.add(dome.GetPrim(), placed)
-    assert lights.entries() == [
-        {"type": "constant", "radiance": {"type": "rgb", "value": [2.0, 2.0, 2.0]}}
-    ]
+    light = rect(stage)
+    move = light.AddTranslateOp()
+    for time, value, z in ((1, 0.5, 3.0), (3, 2.0, 5.0)):
+        light.GetIntensityAttr().Set(value, time)
+        move.Set(Gf.Vec3d(0, 0, z), time)
+    panel = [(-2, -1, height), (2, -1, height), (2, 1, height), (-2, 1, height)]
+    found, losses = irradiance(stage, frame=frame)
+    assert found == pytest.approx(intensity * polygon(panel), rel=0.01)
+    assert losses == []
 
 
 def test_an_invisible_light_is_dark(mi: Any, tmp_path: Path) -> None:
