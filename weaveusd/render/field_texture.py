@@ -12,7 +12,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from weaveusd.render.fields import Components, Field, compute, walk
+from weaveusd.render.fields import Field, compute, walk
+from weaveusd.render.operations import Components
 
 UV_WIDTH = 2
 

@@ -1,29 +1,20 @@
-"""Pattern nodes of MaterialX as fields.
-
-A direction is in tangent space here: x along the surface's tangent, z its normal. A node that
-gives one in MaterialX's world is read only on the way to a surface's normal or tangent.
-"""
+"""Pattern nodes of MaterialX as fields."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 from pxr import UsdShade
 
 from weaveusd.errors import StageError
-from weaveusd.render.fields import Field, Sampling
+from weaveusd.render import mtlx_directions, mtlx_images
+from weaveusd.render.fields import Field
 from weaveusd.render.network import Network, Reader
-from weaveusd.render.nodes import source_of
-from weaveusd.render.nodes_usd import load, primvar, wrap_of
+from weaveusd.render.nodes_usd import primvar
 
 WIDTHS = {
     "float": 1, "integer": 1, "boolean": 1, "vector2": 2,
     "color3": 3, "vector3": 3, "color4": 4, "vector4": 4,
 }  # fmt: skip
 """Components of the types of MaterialX."""
-
-DEFAULT_ST = "st"
-"""The primvar that USD gives to MaterialX as its first texture coordinates, UV0."""
 
 _VARIANTS = ("", "FA", "I", "B")
 """Endings of the nodes whose second value is a float, or that compare integers or booleans."""
@@ -56,24 +47,27 @@ _OPERATIONS: dict[str, tuple[str, tuple[tuple[str, float], ...]]] = {
     "crossproduct": ("cross", (("in1", 0), ("in2", 0))),
 }
 
+# Operation, and the first value by default; the second is 0.
 _COMPARISONS = {
-    "ifgreater": "if_greater", "ifgreatereq": "if_greater_equal", "ifequal": "if_equal",
-}  # fmt: skip
+    "ifgreater": ("if_greater", 1.0),
+    "ifgreatereq": ("if_greater_equal", 1.0),
+    "ifequal": ("if_equal", 0.0),
+}
 
 
 def readers() -> dict[str, Reader]:
     """Return the readers of all nodes that are carried, by `info:id`."""
     found: dict[str, Reader] = {
-        "ND_place2d_vector2": place2d,
+        "ND_place2d_vector2": mtlx_images.place2d,
         "ND_rotate2d_vector2": _rotate2d,
         "ND_rotate3d_vector3": _rotate3d,
         "ND_dotproduct_vector2": _dot(2),
         "ND_dotproduct_vector3": _dot(3),
-        "ND_texcoord_vector2": _texcoord,
+        "ND_texcoord_vector2": mtlx_images.texcoord,
         "ND_geomcolor_color3": _geomcolor,
-        "ND_normal_vector3": _axis(0, 0, 1),
-        "ND_tangent_vector3": _axis(1, 0, 0),
-        "ND_bitangent_vector3": _axis(0, 1, 0),
+        "ND_normal_vector3": mtlx_directions.axis(0, 0, 1),
+        "ND_tangent_vector3": mtlx_directions.axis(1, 0, 0),
+        "ND_bitangent_vector3": mtlx_directions.axis(0, 1, 0),
         "ND_combine2_vector2": _combine((1, 1)),
         "ND_combine2_color4CF": _combine((3, 1)),
         "ND_combine2_vector4VF": _combine((3, 1)),
@@ -84,7 +78,7 @@ def readers() -> dict[str, Reader]:
         "ND_combine4_vector4": _combine((1, 1, 1, 1)),
     }
     for suffix in ("", "_float", "_vector2"):
-        found[f"ND_normalmap{suffix}"] = normalmap
+        found[f"ND_normalmap{suffix}"] = mtlx_directions.normalmap
     for kind, width in WIDTHS.items():
         for name, read in _typed(kind, width).items():
             found |= {f"ND_{name}_{kind}{variant}": read for variant in _VARIANTS}
@@ -100,71 +94,20 @@ def _typed(kind: str, width: int) -> dict[str, Reader]:
     found: dict[str, Reader] = {
         "constant": _single("value", width),
         "dot": _single("in", width),
-        "image": _image(kind, width, tiled=False),
-        "tiledimage": _image(kind, width, tiled=True),
+        "image": mtlx_images.image(kind, width, tiled=False),
+        "tiledimage": mtlx_images.image(kind, width, tiled=True),
         "geompropvalue": _geompropvalue(width),
         "extract": _extract(width),
         "switch": _switch(width),
-        "ramplr": _ramp(width, "valuel", "valuer", 0),
-        "ramptb": _ramp(width, "valueb", "valuet", 1),
+        "ramplr": mtlx_images.ramp(width, "valuel", "valuer", 0),
+        "ramptb": mtlx_images.ramp(width, "valueb", "valuet", 1),
     }
     for category, (operation, ports) in _OPERATIONS.items():
         found[category] = _operation(operation, ports, width)
-    for category, operation in _COMPARISONS.items():
-        found[category] = _comparison(operation, width)
+    for category, (operation, first) in _COMPARISONS.items():
+        found[category] = _comparison(operation, first, width)
     found[f"separate{width}"] = _separate(width)
     return found
-
-
-def place2d(net: Network, node: UsdShade.Shader, output: str) -> Field:
-    """Return texture coordinates placed about a pivot: divided by scale, turned, less offset."""
-    apply = net.fields.apply
-    pivot, offset = net.input(node, "pivot", (0, 0)), net.input(node, "offset", (0, 0))
-    scale = net.input(node, "scale", (1, 1))
-    clockwise = apply("multiply", net.input(node, "rotate", (0,)), net.fields.constant(-1))
-    st = apply("subtract", net.input(node, "texcoord", _st(net)), pivot)
-    if net.number(node, "operationorder", 0) == 0:
-        st = apply("rotate2", apply("divide", st, scale), clockwise)
-        st = apply("subtract", st, offset)
-    else:
-        st = apply("rotate2", apply("subtract", st, offset), clockwise)
-        st = apply("divide", st, scale)
-    return apply("add", st, pivot)
-
-
-def normalmap(net: Network, node: UsdShade.Shader, output: str) -> Field:
-    """Return the direction that a map encodes as 0…1, in tangent space."""
-    _needs_frame(net, node)
-    for name in ("normal", "tangent", "bitangent"):
-        if net.connected(node, name):
-            net.losses.approximated(node.GetPrim(), f"{name} of the map is that of the surface")
-    fields, apply = net.fields, net.fields.apply
-    encoded = net.input(node, "in", (0.5, 0.5, 1.0))
-    signed = apply("subtract", apply("multiply", encoded, fields.constant(2)), fields.constant(1))
-    scale = net.input(node, "scale", (1, 1))
-    scaled = apply("multiply", signed, fields.join(scale, fields.constant(1)))
-    # A texel of zeros says nothing: it is flat, as MaterialX has it.
-    length = apply("dot", encoded, encoded)
-    flat, none = fields.constant(0, 0, 1), fields.constant(0)
-    return apply("normalize", apply("if_equal", length, none, flat, scaled))
-
-
-def _st(net: Network) -> Field:
-    return net.fields.primvar(DEFAULT_ST, net.fields.constant(0, 0))
-
-
-def _needs_frame(net: Network, node: UsdShade.Shader) -> None:
-    if not net.directional:
-        raise StageError("direction in the world is carried as normal or tangent only")
-    net.framed = True
-
-
-def _axis(x: float, y: float, z: float) -> Reader:
-    def read(net: Network, node: UsdShade.Shader, output: str) -> Field:
-        _needs_frame(net, node)
-        return net.fields.constant(x, y, z)
-
-    return read
 
 
 def _single(name: str, width: int) -> Reader:
@@ -180,9 +123,9 @@ def _operation(operation: str, ports: tuple[tuple[str, float], ...], width: int)
     return read
 
 
-def _comparison(operation: str, width: int) -> Reader:
+def _comparison(operation: str, first: float, width: int) -> Reader:
     def read(net: Network, node: UsdShade.Shader, output: str) -> Field:
-        values = (net.input(node, "value1", (1,)), net.input(node, "value2", (0,)))
+        values = (net.input(node, "value1", (first,)), net.input(node, "value2", (0,)))
         branches = (net.input(node, name, (0,) * width) for name in ("in1", "in2"))
         return net.fields.apply(operation, *values, *branches)
 
@@ -212,13 +155,6 @@ def _rotate3d(net: Network, node: UsdShade.Shader, output: str) -> Field:
         net.input(node, "amount", (0,)),
         net.input(node, "axis", (0, 1, 0)),
     )
-
-
-def _texcoord(net: Network, node: UsdShade.Shader, output: str) -> Field:
-    index = int(net.number(node, "index", 0))
-    if index != 0:
-        raise StageError(f"texture coordinates {index}, expected 0, which USD names st")
-    return _st(net)
 
 
 def _geomcolor(net: Network, node: UsdShade.Shader, output: str) -> Field:
@@ -299,64 +235,3 @@ def _switch(width: int) -> Reader:
         return net.input(node, f"in{which + 1}", (0,) * width)
 
     return read
-
-
-def _ramp(width: int, low: str, high: str, axis: int) -> Reader:
-    def read(net: Network, node: UsdShade.Shader, output: str) -> Field:
-        fields = net.fields
-        along = fields.pick(net.input(node, "texcoord", _st(net)), axis)
-        share = fields.apply("clamp", along, fields.constant(0), fields.constant(1))
-        ends = (net.input(node, name, (0,) * width) for name in (high, low))
-        return fields.apply("mix", *ends, share)
-
-    return read
-
-
-def _image(kind: str, width: int, *, tiled: bool) -> Reader:
-    def read(net: Network, node: UsdShade.Shader, output: str) -> Field:
-        fields, st = net.fields, net.input(node, "texcoord", _st(net))
-        if tiled:
-            st = _tiled(net, node, st)
-        default = net.input(node, "default", (0,) * width)
-        try:
-            # Only colors have a space; what states none is linear.
-            raster = load(net, node, "file", _space(node) if kind.startswith("color") else "raw")
-        except StageError as error:
-            net.losses.dropped(node.GetPrim(), f"{error}: the image's default is shown")
-            return default
-        modes = ["repeat", "repeat"] if tiled else [
-            wrap_of(net, node, name, net.text(node, name, "periodic"), "repeat")
-            for name in ("uaddressmode", "vaddressmode")
-        ]  # fmt: skip
-        if "border" in modes and default.numbers is None:
-            net.losses.approximated(node.GetPrim(), "varying default is 0 beyond the image")
-        border = fields.resized(default, 4).numbers or (0.0, 0.0, 0.0, 0.0)
-        smooth = net.text(node, "filtertype", "linear")
-        if net.text(node, "framerange", ""):
-            net.losses.dropped(node.GetPrim(), "framerange of an image: one file is shown")
-        sampling = Sampling(
-            raster, (modes[0], modes[1]), (border[0], border[1], border[2], border[3]),
-            smooth != "closest",
-        )  # fmt: skip
-        return fields.pick(fields.picture(sampling, st), *range(width))
-
-    return read
-
-
-def _space(node: UsdShade.Shader) -> str:
-    """Return the color space that the file's input states, or where it is connected to."""
-    given = node.GetInput("file")
-    source = source_of(given)
-    for attribute in (given.GetAttr(), source.attribute) if source is not None else ():
-        if attribute.HasColorSpace():
-            return str(attribute.GetColorSpace())
-    return "raw"
-
-
-def _tiled(net: Network, node: UsdShade.Shader, st: Field) -> Field:
-    """Return st · uvtiling - uvoffset, over the image's size and times the tile's."""
-    apply: Callable[..., Field] = net.fields.apply
-    st = apply("multiply", st, net.input(node, "uvtiling", (1, 1)))
-    st = apply("subtract", st, net.input(node, "uvoffset", (0, 0)))
-    st = apply("divide", st, net.input(node, "realworldimagesize", (1, 1)))
-    return apply("multiply", st, net.input(node, "realworldtilesize", (1, 1)))
