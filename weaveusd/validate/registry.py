@@ -65,7 +65,7 @@ class Check:
 
 _CHECKS: dict[str, Check] = {}
 
-_R = TypeVar("_R", bound=Rule | type[Survey])
+_R = TypeVar("_R", bound="Rule | type[Survey]")
 
 
 def check(
