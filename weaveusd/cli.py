@@ -138,7 +138,7 @@ def publish(
     ] = ColorSpace.lin_rec709,
     version: Annotated[str, typer.Option(help="`next`, or one such as v003.")] = "next",
     jobs: Annotated[
-        int | None, typer.Option(help="Threads that compute textures; one a core.")
+        int | None, typer.Option(help="Threads that compute and encode; one a core.")
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -196,6 +196,12 @@ def publish(
 def render(
     stage: StageFile,
     output: Annotated[Path, typer.Option(help="Image to write, .exr (linear) or .png (display).")],
+    scene: Annotated[
+        str | None,
+        typer.Option(
+            help="Example scene that wears the cloth STAGE: pillow, skirt, sofa, swatch …"
+        ),
+    ] = None,
     camera: Annotated[str | None, typer.Option(help="Path of a camera prim.")] = None,
     width: Annotated[int, typer.Option(min=1, max=16384)] = 768,
     height: Annotated[
@@ -225,6 +231,7 @@ def render(
         result = pipeline.render(
             stage,
             output,
+            scene=scene,
             camera=camera,
             width=width,
             height=height,
