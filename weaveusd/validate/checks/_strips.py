@@ -28,7 +28,6 @@ IDS, OPACITY = "yarn_id.png", "opacity.png"
 LINES = 128
 """Borders between lines of texels inside the texture with which each edge is compared."""
 
-
 CREASE = 0.05
 """A normal that turns back by more than this from texel to texel has left its yarn."""
 
