@@ -201,6 +201,7 @@ def _tube_entries(group: _Group, scale: float) -> list[Any]:
             offset += len(centers)
     entry = _load_curves(cubic, group.bsdf)
     parameters = mi.traverse(entry)
+    parameters["control_point_count"] = offset
     parameters["control_points"] = _flat(np.concatenate(controls))
     parameters["segment_indices"] = np.concatenate(segments).astype(np.uint32)
     parameters.update()

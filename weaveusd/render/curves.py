@@ -159,7 +159,8 @@ def _widths(schema: UsdGeom.BasisCurves, time: Usd.TimeCode, losses: Losses) -> 
     if not len(values):
         losses.approximated(prim, "has no widths: 1 is used")
         return np.ones((1, 1)), "constant"
-    return np.maximum(values, 0), how
+    # One value is one for all, whatever the interpolation, as in usdview.
+    return np.maximum(values, 0), "constant" if len(values) == 1 else how
 
 
 def _spread(widths: Doubles, how: str, curves: Curves, taps: int) -> Doubles:
@@ -196,7 +197,7 @@ def curve_colors(
     except UnreadableError as reason:
         losses.dropped(prim, str(reason))
         return None
-    how = str(primvar.GetInterpolation())
+    how = "constant" if len(values) == 1 else str(primvar.GetInterpolation())
     counts = {"vertex": curves.lengths, "varying": curves.joints()}.get(how)
     needed = {"constant": 1, "uniform": curves.lengths.size}.get(how)
     if counts is not None:

@@ -79,7 +79,9 @@ def translate(
         For an unknown context.
     """
     time = Usd.TimeCode.EarliestTime() if frame is None else Usd.TimeCode(frame)
-    with captured_diagnostics() as messages:
+    # Numbers that overflow are found where they are used, and told as losses.
+    quiet = np.errstate(over="ignore", invalid="ignore", divide="ignore")
+    with captured_diagnostics() as messages, quiet:
         made = _Scene(stage, context, time, purposes).translation((width, height), camera)
     told = Losses()
     for message in messages:
