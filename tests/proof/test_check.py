@@ -58,18 +58,19 @@ def test_what_is_out_of_bounds_is_named(monkeypatch, limit, value, fault):
 
 
 def test_a_sampler_that_does_not_follow_its_density_is_found(monkeypatch):
-    from weaveusd.render import lobes
+    from weaveusd.render import sampling
 
-    drawn = lobes.sample
+    drawn = sampling.sample
 
     def bent(*arguments):
         import drjit as dr
 
         wo = drawn(*arguments)
-        wo.y += 0.05
-        return dr.normalize(wo)
+        theta = wo.theta * 0.95
+        sin_theta, cos_theta = dr.sincos(theta)
+        return replace(wo, theta=theta, sin_theta=sin_theta, cos_theta=cos_theta)
 
-    monkeypatch.setattr(lobes, "sample", bent)
+    monkeypatch.setattr(sampling, "sample", bent)
     (row,) = check.check(subjects(["silk"]), [30.0], samples=check.QUICK_SAMPLES)
     assert len(row.faults) == 1
     assert row.faults[0].startswith("chi² p below")

@@ -16,9 +16,9 @@ import mitsuba as mi
 import numpy as np
 
 from weaveusd import contract
-from weaveusd.render import lobes
+from weaveusd.render import lobes, sampling
 from weaveusd.render.optics import YARN_INPUTS, yarn_table
-from weaveusd.render.packing import COLOR, COMPONENTS, NORMAL, OPACITY, TANGENT, YARN, pack
+from weaveusd.render.packing import COLOR, COMPONENTS, FRAME, OPACITY, YARN, pack
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -31,6 +31,9 @@ def cloth_bsdf_dict(
     arrays: Mapping[str, NDArray[Any]],
     yarn_inputs: Mapping[str, Sequence[float]],
     uv_scale: tuple[float, float],
+    *,
+    gaussian: bool = False,
+    dtype: type[np.floating[Any]] = np.float32,
 ) -> dict[str, Any]:
     """Return the dictionary from which `mi.load_dict` makes a cloth out of arrays in memory.
 
@@ -44,6 +47,11 @@ def cloth_bsdf_dict(
         `contract.SHADER_YARN_INPUTS`, one value for each yarn; angles in radians.
     uv_scale
         Repeats of the textures in one unit of the texture coordinates.
+    gaussian
+        Whether lobes are Gaussians with the widths as standard deviations, the reference option,
+        instead of Cauchy lobes. The normalization has to be that of the lobes chosen.
+    dtype
+        Of the texels in memory: float32, or float16 for half the memory.
 
     Raises
     ------
@@ -51,12 +59,16 @@ def cloth_bsdf_dict(
         When a channel or an input is missing, has the wrong shape, or leaves its range.
     """
     optics = yarn_table(yarn_inputs)
-    packed, _ = pack(arrays, optics.shape[1])
-    return packed_bsdf_dict(packed, optics, uv_scale)
+    packed, _ = pack(arrays, optics.shape[1], dtype)
+    return packed_bsdf_dict(packed, optics, uv_scale, gaussian=gaussian)
 
 
 def packed_bsdf_dict(
-    packed: NDArray[np.float32], optics: NDArray[np.float32], uv_scale: tuple[float, float]
+    packed: NDArray[np.floating[Any]],
+    optics: NDArray[np.float32],
+    uv_scale: tuple[float, float],
+    *,
+    gaussian: bool = False,
 ) -> dict[str, Any]:
     """Return the dictionary for what `pack` and `yarn_table` return."""
     if not all(np.isfinite(s) and s > 0 for s in uv_scale):
@@ -64,10 +76,11 @@ def packed_bsdf_dict(
     register()
     return {
         "type": contract.CLOTH_SHADER_ID,
-        "packed": mi.TensorXf(packed),
+        "packed": (mi.TensorXf16 if packed.dtype == np.float16 else mi.TensorXf)(packed),
         "optics": mi.TensorXf(optics),
         "repeats_u": float(uv_scale[0]),
         "repeats_v": float(uv_scale[1]),
+        "gaussian": gaussian,
     }
 
 
@@ -79,12 +92,15 @@ def register() -> None:
 class Cloth:
     """Lookup and lobes in Mitsuba's terms; the plugin class hands its calls to this one."""
 
-    def __init__(self, packed: Any, optics: Any, repeats: tuple[float, float]) -> None:
+    def __init__(
+        self, packed: Any, optics: Any, repeats: tuple[float, float], gaussian: bool
+    ) -> None:
         if len(packed.shape) != 3 or packed.shape[2] != COMPONENTS:
             raise ValueError(f"packed: has shape {packed.shape}, expected (H, W, {COMPONENTS})")
         if len(optics.shape) != 2 or optics.shape[0] != len(YARN_INPUTS):
             raise ValueError(f"optics: has shape {optics.shape}, expected ({len(YARN_INPUTS)}, n)")
-        self.texture = mi.Texture2f(
+        kind = mi.Texture2f16 if isinstance(packed, mi.TensorXf16) else mi.Texture2f
+        self.texture = kind(
             packed,
             use_accel=False,
             filter_mode=dr.FilterMode.Nearest,
@@ -93,43 +109,45 @@ class Cloth:
         # The yarn's index is bounded where it is used: an optimizer may have moved the texels.
         self.optics = {name: optics[i].array for i, name in enumerate(YARN_INPUTS)}
         self.repeats = mi.ScalarVector2f(*repeats)
+        self.gaussian = gaussian
         # Opaque values keep kernels alike, so that other cloths reuse them.
         dr.make_opaque(self.optics)
 
     def texel(self, si: Any, active: Any) -> list[Any]:
-        """Return the twelve packed values at the interaction."""
+        """Return the packed values at the interaction."""
         uv = mi.Point2f(si.uv.x * self.repeats.x, si.uv.y * self.repeats.y)
-        texel: list[Any] = self.texture.eval(uv, active)
-        return texel
+        return [mi.Float(number) for number in self.texture.eval(uv, active)]
 
     def yarn(
         self, si: Any, texel: Sequence[Any], active: Any
-    ) -> tuple[Any, Any, lobes.LobeParameters]:
-        """Return normal and tangent in the shading frame, and the optics."""
+    ) -> tuple[lobes.LobeParameters, Any, Any]:
+        """Return the optics, and normal and tangent in the shading frame."""
         # The frame's t is n × s: where the texture is mirrored, it runs against growing v.
         mirrored = dr.dot(si.sh_frame.t, si.dp_dv) < 0
         flip = mi.Vector3f(1, dr.select(mirrored, -1.0, 1.0), 1)
-        normal = flip * mi.Vector3f(*texel[NORMAL : NORMAL + 3])
-        tangent = flip * mi.Vector3f(*texel[TANGENT : TANGENT + 3])
+        normal, tangent = _frame(texel[FRAME : FRAME + 3])
         last = mi.UInt32(len(self.optics["eta"]) - 1)
         index = dr.minimum(mi.UInt32(dr.maximum(texel[YARN], 0) + 0.5), last)
-        optics = [_gather(self.optics[name], index, active) for name in YARN_INPUTS]
         color = mi.Color3f(*texel[COLOR : COLOR + 3])
-        return normal, tangent, lobes.LobeParameters(color, *optics)
+        optics = {name: _gather(self.optics[name], index, active) for name in YARN_INPUTS}
+        yarn = lobes.LobeParameters(color, **optics, gaussian=self.gaussian)
+        return yarn, flip * normal, flip * tangent
 
     def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any) -> tuple[Any, Any]:
         """Return value times cosine, and density; both 0 where the side rule forbids `wo`."""
         texel = self.texel(si, active)
-        normal, tangent, yarn = self.yarn(si, texel, active)
-        value, pdf = lobes.evaluate_pdf(si.wi, wo, normal, tangent, yarn)
-        allowed = active & _allowed(ctx, si.wi, wo, normal)
-        opacity = texel[OPACITY]
-        return dr.select(allowed, value * opacity, 0), dr.select(allowed, pdf * opacity, 0)
+        yarn, normal, tangent = self.yarn(si, texel, active)
+        fibre = lobes.fibre(si.wi, normal, tangent)
+        direction = fibre.direction(wo)
+        allowed = active & _allowed(ctx, si.wi, wo, direction)
+        share = dr.select(allowed, texel[OPACITY], 0)
+        value = lobes.value(yarn, fibre, direction)
+        return value * share, sampling.density(yarn, fibre, direction) * share
 
     def sample(self, ctx: Any, si: Any, choice: Any, point: Any, active: Any) -> tuple[Any, Any]:
         """Return a sample and its weight: of the null component in gaps, else of the lobes."""
         texel = self.texel(si, active)
-        normal, tangent, yarn = self.yarn(si, texel, active)
+        yarn, normal, tangent = self.yarn(si, texel, active)
         opacity = texel[OPACITY]
         share = opacity
         if not ctx.is_enabled(mi.BSDFFlags.Null, NULL):
@@ -137,11 +155,14 @@ class Cloth:
         elif not _lobes_enabled(ctx):
             share = mi.Float(0)
         passes = choice >= share
-        choice = dr.clip(choice / dr.maximum(share, 1e-12), 0, 0.99999994)
+        choice = dr.clip(choice / dr.maximum(share, lobes.TINY), 0, 0.99999994)
 
-        wo = lobes.sample(choice, point, si.wi, normal, tangent, yarn)
-        value, pdf = lobes.evaluate_pdf(si.wi, wo, normal, tangent, yarn)
-        allowed = active & _allowed(ctx, si.wi, wo, normal) & (pdf > 0)
+        fibre = lobes.fibre(si.wi, normal, tangent)
+        direction = sampling.sample(yarn, fibre, choice, point)
+        value = lobes.value(yarn, fibre, direction)
+        pdf = sampling.density(yarn, fibre, direction)
+        wo = fibre.vector(direction)
+        allowed = active & _allowed(ctx, si.wi, wo, direction) & (pdf > 0)
         reflected = wo.z * si.wi.z > 0
 
         bs = mi.BSDFSample3f()
@@ -159,22 +180,34 @@ class Cloth:
 
         # Where every event was enabled, share and opacity are one and cancel.
         weight = value * (opacity / dr.maximum(pdf * share, 1e-20))
-        through = dr.select(share < 1, (1 - opacity) / dr.maximum(1 - share, 1e-12), 0)
+        through = dr.select(share < 1, (1 - opacity) / dr.maximum(1 - share, lobes.TINY), 0)
         weight = dr.select(passes, 0, dr.select(allowed, weight, 0))
         weight = dr.select(passes & active, mi.Color3f(through), weight)
         return bs, weight
 
 
-def _allowed(ctx: Any, wi: Any, wo: Any, normal: Any) -> Any:
+def _frame(vector: Sequence[Any]) -> tuple[Any, Any]:
+    """Return the normal and the tangent of a packed frame."""
+    x, y, z = vector
+    w = dr.safe_sqrt(1 - dr.square(x) - dr.square(y) - dr.square(z))
+    normal = mi.Vector3f(
+        2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (dr.square(x) + dr.square(y))
+    )
+    tangent = mi.Vector3f(
+        2 * (x * y - w * z), 1 - 2 * (dr.square(x) + dr.square(z)), 2 * (y * z + w * x)
+    )
+    return normal, tangent
+
+
+def _allowed(ctx: Any, wi: Any, wo: Any, direction: lobes.Direction) -> Any:
     """Return where `wo` lies on an enabled side on which yarn and surface agree."""
     reflected = wo.z * wi.z > 0
-    by_yarn = dr.dot(normal, wo) * dr.select(dr.dot(normal, wi) < 0, -1.0, 1.0) > 0
     enabled = dr.select(
         reflected,
         mi.Bool(ctx.is_enabled(mi.BSDFFlags.GlossyReflection, REFLECTION)),
         mi.Bool(ctx.is_enabled(mi.BSDFFlags.GlossyTransmission, TRANSMISSION)),
     )
-    return enabled & (reflected == by_yarn) & (wo.z * wi.z != 0)
+    return enabled & (reflected == (direction.cos_phi > 0)) & (wo.z * wi.z != 0)
 
 
 def _lobes_enabled(ctx: Any) -> bool:
@@ -204,7 +237,7 @@ def _plugin_class(variant: str) -> type:
         def __init__(self, props: Any) -> None:
             mi.BSDF.__init__(self, props)
             repeats = (props["repeats_u"], props["repeats_v"])
-            self.cloth = Cloth(props["packed"], props["optics"], repeats)
+            self.cloth = Cloth(props["packed"], props["optics"], repeats, props["gaussian"])
             sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
             varying = sides | mi.BSDFFlags.SpatiallyVarying | mi.BSDFFlags.Anisotropic
             reflection = mi.BSDFFlags.GlossyReflection | varying

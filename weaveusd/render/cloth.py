@@ -53,7 +53,7 @@ def translate(
     arrays["base_color"] = _rec709(shader, arrays["base_color"], losses)
     try:
         optics = yarn_table(inputs)
-        packed, mended = pack(arrays, optics.shape[1])
+        packed, mended = pack(arrays, optics.shape[1], np.float16)  # files hold no more
         bsdf = packed_bsdf_dict(packed, optics, (float(scale[0]), float(scale[1])))
     except ValueError as error:
         raise StageError(f"{path}: {error}") from None

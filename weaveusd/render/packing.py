@@ -1,4 +1,10 @@
-"""One array of twelve numbers a texel: all that the BSDF looks up, fetched at once."""
+"""One array of eight numbers a texel: all that the BSDF looks up, fetched at once.
+
+A yarn's frame is a rotation, so three numbers hold it: the vector part of the unit quaternion that
+turns X, Y and Z to t × n, the tangent t and the normal n. A yarn looks the same with n, t or both
+reversed. Of these four frames the one nearest to the cloth's is stored: its quaternion's real
+part is at least ½, and so follows from the other three.
+"""
 
 from __future__ import annotations
 
@@ -13,23 +19,27 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats32 = NDArray[np.float32]
+    Packed = NDArray[np.floating[Any]]
 
-NORMAL, TANGENT, COLOR, OPACITY, YARN = 0, 3, 6, 9, 10
-"""First component of each channel in the packed array."""
+FRAME, COLOR, OPACITY, YARN = 0, 3, 6, 7
+"""First component of the quaternion's vector part and of each channel in the packed array."""
 
-COMPONENTS = 12
-"""Eleven are used; the twelfth is 0 and keeps a texel aligned."""
+COMPONENTS = 8
 
 PACKED_CHANNELS = ("normal", "tangent", "base_color", "opacity", "yarn_id")
 
 _ROWS = 256
 _SHORTEST = 1e-3
+_BRIGHTEST = float(np.finfo(np.float16).max)
 _UNIT_X = np.array((1.0, 0.0, 0.0), np.float32)
 _UNIT_Y = np.array((0.0, 1.0, 0.0), np.float32)
 _UNIT_Z = np.array((0.0, 0.0, 1.0), np.float32)
+_REVERSALS = np.array(((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)), np.float32)
 
 
-def pack(arrays: Mapping[str, NDArray[Any]], yarns: int) -> tuple[Floats32, int]:
+def pack(
+    arrays: Mapping[str, NDArray[Any]], yarns: int, dtype: type[np.floating[Any]] = np.float32
+) -> tuple[Packed, int]:
     """Return the packed channels and how many texels of yarn had to be mended.
 
     Parameters
@@ -39,12 +49,13 @@ def pack(arrays: Mapping[str, NDArray[Any]], yarns: int) -> tuple[Floats32, int]
         `yarn_id` is the yarn's index, `contract.GAP` where there is none.
     yarns
         Number of yarns that the indices may name.
+    dtype
+        float32, or float16 for files that hold no more: half the memory, frames within 0.03°.
 
     Returns
     -------
-    packed : (H, W, 12) float32
-        Normals and tangents are unit vectors and orthogonal to each other. Texels without a
-        yarn have opacity 0, whatever the opacity channel says.
+    packed : (H, W, 8) of `dtype`
+        Texels without a yarn have opacity 0, whatever the opacity channel says.
     mended : int
         Texels with a yarn whose vectors were too short or too parallel to be normalized.
 
@@ -62,7 +73,7 @@ def pack(arrays: Mapping[str, NDArray[Any]], yarns: int) -> tuple[Floats32, int]
                 f"{name}: is {array.shape[1]} x {array.shape[0]} texels, "
                 f"expected {width} x {height} as the normals"
             )
-    packed = np.zeros((height, width, COMPONENTS), np.float32)
+    packed: Packed = np.zeros((height, width, COMPONENTS), dtype)
     mended = 0
     for first in range(0, height, _ROWS):
         rows = slice(first, first + _ROWS)
@@ -70,7 +81,7 @@ def pack(arrays: Mapping[str, NDArray[Any]], yarns: int) -> tuple[Floats32, int]
     return packed, mended
 
 
-def _pack_rows(band: Mapping[str, NDArray[Any]], yarns: int, out: Floats32) -> int:
+def _pack_rows(band: Mapping[str, NDArray[Any]], yarns: int, out: Packed) -> int:
     """Fill `out` with one band of rows; return the number of texels mended."""
     for name, array in band.items():
         if not np.isfinite(array).all():
@@ -80,8 +91,9 @@ def _pack_rows(band: Mapping[str, NDArray[Any]], yarns: int, out: Floats32) -> i
         found = int(yarn.max() if yarn.max() >= yarns else yarn.min())
         raise ValueError(f"yarn_id: names yarn {found}, but the shader describes {yarns}")
     color, opacity = band["base_color"], band["opacity"][..., 0]
-    if color.min() < 0 or opacity.min() < 0 or opacity.max() > 1:
-        name = "base_color" if color.min() < 0 else "opacity"
+    too_bright = color.min() < 0 or color.max() > _BRIGHTEST
+    if too_bright or opacity.min() < 0 or opacity.max() > 1:
+        name = "base_color" if too_bright else "opacity"
         raise ValueError(f"{name}: leaves the range of a reflectance or a coverage")
 
     gap = yarn < 0
@@ -97,12 +109,25 @@ def _pack_rows(band: Mapping[str, NDArray[Any]], yarns: int, out: Floats32) -> i
         spare, _ = _unit(axis - normal * np.sum(normal * axis, -1, keepdims=True), _UNIT_X)
         tangent = np.where(bad_tangent[..., None], spare, tangent)
 
-    out[..., NORMAL : NORMAL + 3] = normal
-    out[..., TANGENT : TANGENT + 3] = tangent
+    out[..., FRAME : FRAME + 3] = _quaternion(normal, tangent)
     out[..., COLOR : COLOR + 3] = color
     out[..., OPACITY] = np.where(gap, 0, opacity)
     out[..., YARN] = np.where(gap, 0, yarn)
     return int(np.count_nonzero((bad_normal | bad_tangent) & ~gap))
+
+
+def _quaternion(normal: Floats32, tangent: Floats32) -> Floats32:
+    """Return the vector part (…, 3) of the frame's quaternion, one reversal chosen of four."""
+    frame = np.stack((np.cross(tangent, normal), tangent, normal), axis=-2)
+    diagonal = np.diagonal(frame, axis1=-2, axis2=-1)
+    traces = diagonal @ _REVERSALS.T
+    nearest = np.argmax(traces, axis=-1)
+    frame = frame * _REVERSALS[nearest][..., None]
+    twice_real = np.sqrt(1 + np.max(traces, axis=-1))
+    x, y, z = frame[..., 0, :], frame[..., 1, :], frame[..., 2, :]
+    turn = np.stack((y[..., 2] - z[..., 1], z[..., 0] - x[..., 2], x[..., 1] - y[..., 0]), axis=-1)
+    vector: Floats32 = turn / (2 * twice_real[..., None])
+    return vector
 
 
 def _unit(vectors: NDArray[Any], instead: Floats32) -> tuple[Floats32, NDArray[np.bool_]]:
