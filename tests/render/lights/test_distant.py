@@ -103,6 +103,8 @@ def test_a_sun_shines_along_minus_z_from_behind_nothing(mi: Any, tmp_path: Path)
 
 def test_the_shaping_of_a_sun_is_a_loss(mi: Any, tmp_path: Path) -> None:
     stage = card(tmp_path)
-    shaped(sun(stage, 1.0), cone_angle=20.0)
+    light = shaped(sun(stage, 1.0))
+    assert picture(stage, 3, 1)[1] == []  # the cone of the schema, which exporters like to write
+    shaped(light, cone_angle=20.0)
     _, losses = picture(stage, 3, 1)
     assert losses == ["/World/Sun: shaping of a light without a place (dropped)"]

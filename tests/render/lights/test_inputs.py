@@ -96,10 +96,24 @@ def test_a_color_in_another_space_is_taken_to_rec709(mi: Any, tmp_path: Path) ->
     dome.CreateColorAttr(Gf.Vec3f(0.5, 0.5, 0.5)).SetColorSpace("srgb_texture")
     expected = np.pi * ((0.5 + 0.055) / 1.055) ** 2.4
     assert irradiance(stage, 256) == (pytest.approx(expected, rel=0.01), [])
+    dome.GetColorAttr().ClearColorSpace()
+    world = Usd.ColorSpaceAPI.Apply(stage.GetPrimAtPath("/World"))
+    world.CreateColorSpaceNameAttr("srgb_rec709_scene")
+    assert irradiance(stage, 256) == (pytest.approx(expected, rel=0.01), [])
     dome.GetColorAttr().SetColorSpace("mystery")
     found, losses = irradiance(stage, 256)
     assert found == pytest.approx(np.pi / 2, rel=0.01)
     assert losses == ["/World/Dome: color space mystery of color is unknown (approximated)"]
+
+
+def test_a_color_beyond_rec709_is_clipped_and_said(mi: Any, tmp_path: Path) -> None:
+    """The red primary of ACEScg has negative green and blue; its red is 1.7 times ours."""
+    stage = card(tmp_path)
+    dome = add_dome(stage)
+    dome.CreateColorAttr(Gf.Vec3f(1, 0, 0)).SetColorSpace("lin_ap1_scene")
+    found, losses = received(stage, 256)
+    assert found == pytest.approx(np.pi * np.array((1.705, 0, 0)), rel=0.01)
+    assert losses == ["/World/Dome: color beyond Rec.709 is clipped (approximated)"]
 
 
 def test_multipliers_of_response_that_agree_dim_the_light(mi: Any, tmp_path: Path) -> None:

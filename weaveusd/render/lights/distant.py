@@ -32,7 +32,7 @@ def distant(inputs: Inputs, placing: Placing) -> dict[str, Any]:
     half = min(math.radians(inputs.extent("angle", 0.53)), _WIDEST) / 2
     toward = placing.world(inputs.prim)[:3, 2]
     toward = toward / np.linalg.norm(toward)
-    if not read_shaping(inputs, placing.world(inputs.prim)).neutral:
+    if not read_shaping(inputs, placing.world(inputs.prim)).unasked:
         inputs.losses.dropped(inputs.prim, "shaping of a light without a place")
     if half == 0:
         return {

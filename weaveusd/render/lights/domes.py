@@ -47,7 +47,7 @@ def read_dome(inputs: Inputs, placing: Placing) -> Dome:
     _note_portals(inputs)
     tint = emission(inputs)
     world = placing.world(inputs.prim)
-    if not read_shaping(inputs, world).neutral:
+    if not read_shaping(inputs, world).unasked:
         inputs.losses.dropped(inputs.prim, "shaping of a light without a place")
     if _pole(inputs) == "Z":
         world = world @ rotation("X", 90)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pxr import Usd, UsdLux
+from pxr import Sdf, Usd, UsdLux
 
 from weaveusd.render.color import known, linear
 from weaveusd.render.model import Losses
@@ -91,12 +91,21 @@ class Inputs:
         space = self.color_space(name)
         if not space:
             return color
-        return np.asarray(linear(color.astype(np.float32), space), np.float64)
+        inside = np.asarray(linear(color.astype(np.float32), space), np.float64)
+        if inside.min() < 0 <= color.min():
+            self.losses.approximated(self.prim, f"{name} beyond Rec.709 is clipped")
+            inside = np.maximum(inside, 0)
+        return inside
 
     def color_space(self, name: str) -> str:
-        """Return the color space that the stage states for an input, empty where it is unknown."""
+        """Return the color space that the stage states for an input, empty where it is unknown.
+
+        A color without one has that of the prims above it, a file its own alone.
+        """
         attribute = self.prim.GetAttribute(f"inputs:{name}")
         space = str(attribute.GetColorSpace()) if attribute else ""
+        if attribute and not space and attribute.GetTypeName() != Sdf.ValueTypeNames.Asset:
+            space = str(Usd.ColorSpaceAPI.ComputeColorSpaceName(attribute, None))
         if not known(space):
             self.losses.approximated(self.prim, f"color space {space} of {name} is unknown")
             return ""

@@ -46,6 +46,12 @@ class Shaping:
         """Return whether no direction differs from another."""
         return self.cone is None and self.focus is None and self.profile is None
 
+    @property
+    def unasked(self) -> bool:
+        """Return whether it says no more than the schema's fallbacks, a cone of 90°, do."""
+        cone = self.cone is None or self.cone == (math.radians(90.0), 0.0)
+        return cone and self.focus is None and self.profile is None
+
 
 def read_shaping(inputs: Inputs, world: Doubles) -> Shaping:
     """Return the shaping of a light placed by `world`, neutral where it asks for none.
