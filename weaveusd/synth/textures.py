@@ -85,11 +85,7 @@ def _surface(
     repeat_width, repeat_height = weave.repeat_mm
 
     def band(first: int, last: int) -> dict[str, Floats32]:
-        out = {
-            name: np.empty((last - first, width, channel.components), np.float32)
-            for name, channel in CHANNELS.items()
-            if name != "ambient_occlusion" and not channel.per_yarn
-        }
+        out = _empty(last - first, width)
 
         def fill(start: int, stop: int) -> None:
             part = {n: a[start:stop].reshape(stop - start, -1) for n, a in out.items()}
@@ -107,6 +103,26 @@ def _surface(
         return out
 
     return band
+
+
+def _empty(rows: int, width: int) -> dict[str, Floats32]:
+    """Return room (rows, width, components) for every channel but the occlusion.
+
+    It is one allocation: of many, the system takes the memory back after each band and clears it
+    anew for the next, which takes longer than the texels.
+    """
+    components = {
+        name: channel.components
+        for name, channel in CHANNELS.items()
+        if name != "ambient_occlusion" and not channel.per_yarn
+    }
+    room = np.empty(rows * width * sum(components.values()), np.float32)
+    out, first = {}, 0
+    for name, count in components.items():
+        last = first + rows * width * count
+        out[name] = room[first:last].reshape(rows, width, count)
+        first = last
+    return out
 
 
 def _sky(weave: Weave, width: int, height: int, seed: int, threads: int) -> Floats32:
