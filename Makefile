@@ -5,10 +5,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test test-all lint llvm schema clean
+.PHONY: demo gallery test test-all lint llvm schema clean
 
 demo: $(READY) ## publish two cloths, render them, and say where the pictures are
 	$(BIN)/python examples/demo.py out/demo
+
+gallery: $(READY) ## render every example scene in a cloth that suits it, half an hour
+	$(BIN)/python examples/gallery.py out/gallery
 
 test: $(READY) ## the fast tests
 	$(BIN)/python -m pytest -q -m "not slow"
