@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
 from tests.render.stages import add_camera, add_dome, add_mesh, bind, new_stage, picture
 
@@ -79,3 +79,41 @@ def quadrants(stage: Usd.Stage, **more: Any) -> tuple[Any, list[str]]:
 def large_texels(pixels: Any, size: int = 16) -> Any:
     """Return the pixels, each repeated `size` times along both sides."""
     return np.repeat(np.repeat(np.asarray(pixels), size, 0), size, 1)
+
+
+def stretch_of(stage: Usd.Stage, material: UsdShade.Material, **more: Any) -> float:
+    """Return how much wider the highlight of a material is along x than along y.
+
+    It is that of a distant light behind the camera on a dish, whose normals spread as those of a
+    ball; measured are second moments of the light.
+    """
+    stage.RemovePrim("/World/Dome")
+    stage.RemovePrim("/World/Card")
+    UsdLux.DistantLight.Define(stage, "/World/Sun").CreateAngleAttr(0.0)
+    bind(_dish(stage), material)
+    image, losses = picture(stage, 48, 32, **more)
+    assert losses == []
+    light = image.mean(axis=2)
+    light = np.maximum(light - 0.02 * light.max(), 0)
+    place = (np.arange(48) + 0.5) / 24 - 1
+    along_x = (light.sum(axis=0) * place**2).sum()
+    along_y = (light.sum(axis=1) * place**2).sum()
+    return float(np.sqrt(along_x / along_y))
+
+
+def _dish(stage: Usd.Stage, count: int = 33) -> UsdGeom.Mesh:
+    """Define a square that bulges to the camera, st growing along x and y."""
+    x, y = np.meshgrid(*(np.linspace(-1, 1, count),) * 2)
+    points = np.stack((x, y, -0.35 * (x * x + y * y)), axis=-1).reshape(-1, 3)
+    normals = np.stack((0.7 * x, 0.7 * y, np.ones_like(x)), axis=-1).reshape(-1, 3)
+    corner = np.arange(count * count).reshape(count, count)
+    quads = np.stack((corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]), -1)
+    mesh = add_mesh(stage, points=points, counts=[4] * (count - 1) ** 2,
+                    indices=quads.ravel().tolist(), st=None)  # fmt: skip
+    mesh.CreateNormalsAttr([Gf.Vec3f(*map(float, n)) for n in normals])
+    mesh.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
+    st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(
+        "st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.vertex
+    )
+    st.Set([Gf.Vec2f(float(0.5 + p[0] / 2), float(0.5 + p[1] / 2)) for p in points])
+    return mesh

@@ -158,7 +158,7 @@ def test_highlights_of_clear_surfaces_remain(mi: Any) -> None:
 
 
 def test_the_table_of_albedos_is_that_of_the_mirror(mi: Any) -> None:
-    from weaveusd.render.albedo import ggx_albedo
+    from weaveusd.render.mirror_albedo import ggx_albedo
 
     table = ggx_albedo()
     assert table.min() >= 0

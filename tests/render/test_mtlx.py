@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 import pytest
-from pxr import Sdf, UsdGeom, UsdShade
+from pxr import Sdf, UsdShade
 
 from tests.render.networks import (
     QUADRANTS,
@@ -17,6 +17,7 @@ from tests.render.networks import (
     matte,
     node,
     quadrants,
+    stretch_of,
     surface,
 )
 from tests.render.stages import picture, preview_material, write_image
@@ -341,44 +342,9 @@ def test_the_context_chooses_the_network(mi: Any, stage: Any) -> None:
 
 
 def stretched(stage: Any, identifier: str, **inputs: Any) -> float:
-    """How much wider the highlight of a small lamp on a ball-like dome is along x than along y.
-
-    The second moments of the picture of a flat metal card under a distant light behind the
-    camera, on normals that spread as those of a ball do.
-    """
-    stage.RemovePrim("/World/Dome")
-    from pxr import Gf, UsdLux
-
-    sun = UsdLux.DistantLight.Define(stage, "/World/Sun")
-    sun.CreateAngleAttr(0.0)
-    count = 33
-    xs = np.linspace(-1, 1, count)
-    x, y = np.meshgrid(xs, xs)
-    points = np.stack((x, y, -0.35 * (x * x + y * y)), axis=-1).reshape(-1, 3)
-    normals = np.stack((0.7 * x, 0.7 * y, np.ones_like(x)), axis=-1).reshape(-1, 3)
-    corner = np.arange(count * count).reshape(count, count)
-    quads = np.stack((corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]), -1)
-    mesh = UsdGeom.Mesh.Define(stage, "/World/Card")
-    mesh.CreatePointsAttr([Gf.Vec3f(*map(float, p)) for p in points])
-    mesh.CreateFaceVertexCountsAttr([4] * (quads.size // 4))
-    mesh.CreateFaceVertexIndicesAttr(quads.ravel().tolist())
-    mesh.CreateSubdivisionSchemeAttr("none")
-    mesh.CreateNormalsAttr([Gf.Vec3f(*map(float, n)) for n in normals])
-    mesh.SetNormalsInterpolation("vertex")
-    st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, "vertex")
-    st.Set([Gf.Vec2f(float(0.5 + p[0] / 2), float(0.5 + p[1] / 2)) for p in points])
+    """How much wider the highlight of a surface on a dish is along x than along y."""
     surface(stage, identifier, **inputs)
-    UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(
-        UsdShade.Material(stage.GetPrimAtPath("/World/Look"))
-    )
-    image, losses = picture(stage, 48, 32)
-    assert losses == []
-    light = image.mean(axis=2)
-    light = np.maximum(light - 0.02 * light.max(), 0)
-    place = (np.arange(48) + 0.5) / 24 - 1
-    along_x = (light.sum(axis=0) * place**2).sum() / light.sum()
-    along_y = (light.sum(axis=1) * place**2).sum() / light.sum()
-    return float(np.sqrt(along_x / along_y))
+    return stretch_of(stage, UsdShade.Material(stage.GetPrimAtPath("/World/Look")))
 
 
 METAL = {"base_color": ("color3f", (1, 1, 1)), "specular_roughness": ("float", 0.4)}
@@ -434,3 +400,18 @@ def test_a_direction_is_no_color(mi: Any, stage: Any) -> None:
     assert losses == [
         "/World/Look/N: direction in the world is carried as normal or tangent only (dropped)"
     ]
+
+
+@pytest.mark.parametrize("fibre", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+def test_a_published_cloth_shines_across_its_fibres_without_a_loss(
+    mi: Any, tmp_path: Path, fibre: tuple[float, float, float]
+) -> None:
+    from tests.export.test_highlight import flat_cloth
+
+    (tmp_path / "asset").mkdir()
+    flat_cloth(fibre, tmp_path / "asset")
+    stage = card_stage(tmp_path)
+    stage.DefinePrim("/World/Cloth").GetReferences().AddReference("./asset/plain.usda")
+    material = UsdShade.Material(stage.GetPrimAtPath("/World/Cloth/Material"))
+    ratio = stretch_of(stage, material, context="openpbr")
+    assert (ratio < 1 / 3) if fibre[0] else (ratio > 3)

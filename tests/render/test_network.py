@@ -9,7 +9,15 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdShade
 
-from tests.render.networks import card_stage, matte, node, quadrants, surface
+from tests.render.networks import (
+    QUADRANTS,
+    card_stage,
+    large_texels,
+    matte,
+    node,
+    quadrants,
+    surface,
+)
 from tests.render.stages import add_mesh, bind, picture, preview_material, write_image
 
 TYPES = Sdf.ValueTypeNames
@@ -280,3 +288,35 @@ def test_two_cloths_of_one_name_stay_two(mi: Any, tmp_path: Path) -> None:
     found = [looks.of(stage.GetPrimAtPath(f"/World/Card_{n}")) for n in ("a0", "a1", "b0")]
     assert found[0] is found[1]
     assert found[0] is not found[2]
+
+
+def test_networks_are_shown_in_the_scalar_variant_too(mi: Any, stage: Any, tmp_path: Path) -> None:
+    write_image(tmp_path / "map.exr", large_texels(QUADRANTS))
+    image = node(stage, "Image", "ND_image_color3", file=("asset", "./map.exr"))
+    rough = node(
+        stage, "Rough", "ND_geompropvalue_float", geomprop=("string", "none"),
+        default=("float", 0.6),
+    )  # fmt: skip
+    surface(
+        stage, "ND_open_pbr_surface_surfaceshader", base_color=("color3f", image),
+        specular_roughness=("float", rough), specular_weight=("float", 0.0),
+    )  # fmt: skip
+    mi.set_variant("scalar_rgb")
+    seen, _ = picture(stage, 8, 16)
+    found = seen.reshape(2, 4, 2, 4, 3)[:, 1:3, :, 1:3].mean(axis=(1, 3))
+    np.testing.assert_allclose(found, QUADRANTS, atol=0.1)
+
+
+def test_a_ball_of_glass_vanishes_in_a_white_furnace(mi: Any, stage: Any) -> None:
+    from pxr import UsdGeom
+
+    surface(
+        stage, "ND_open_pbr_surface_surfaceshader", transmission_weight=("float", 1.0),
+        specular_roughness=("float", 0.1),
+    )  # fmt: skip
+    stage.RemovePrim("/World/Card")
+    ball = UsdGeom.Sphere.Define(stage, "/World/Ball")
+    bind(ball, UsdShade.Material(stage.GetPrimAtPath("/World/Look")))
+    found, _ = quadrants(stage)
+    # One bounce between facets is not followed by the microfacets of Mitsuba.
+    assert found.mean() == pytest.approx(1, abs=0.02)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -248,3 +250,73 @@ def test_materials_of_equal_networks_share_a_look(mi: Any, stage: Any, tmp_path:
     ).Set("clamp")
     looks = Looks("preview", Usd.TimeCode.EarliestTime(), Losses())
     assert looks.of(stage.GetPrimAtPath("/World/Card")) is not looks.of(other.GetPrim())
+
+
+def png_header(width: int, height: int) -> bytes:
+    """A PNG that promises its size and holds nothing."""
+    ihdr = b"IHDR" + struct.pack(">IIBBBBB", width, height, 8, 6, 0, 0, 0)
+    chunk = struct.pack(">I", 13) + ihdr + struct.pack(">I", zlib.crc32(ihdr))
+    data = b"IDAT" + zlib.compress(b"")
+    chunk += struct.pack(">I", len(data) - 4) + data + struct.pack(">I", zlib.crc32(data))
+    return b"\x89PNG\r\n\x1a\n" + chunk
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (png_header(60000, 60000), "is no image"),
+        (png_header(64, 64), "cannot be decoded"),
+        (b"", "is no image"),
+        (b"\x89PNG\r\n\x1a\nrubbish", "is no image"),
+        (b"\x76\x2f\x31\x01" + b"\xff" * 64, "is no image"),
+    ],
+    ids=["bomb", "hollow", "empty", "rubbish", "rubbish_exr"],
+)
+def test_a_hostile_file_is_a_loss_of_one_line(
+    mi: Any, stage: Any, tmp_path: Path, content: bytes, said: str
+) -> None:
+    name = "map.exr" if content.startswith(b"\x76") else "map.png"
+    (tmp_path / name).write_bytes(content)
+    textured(stage, f"./{name}", fallback=("float4", (0.5, 0.5, 0.5, 1)))
+    found, losses = quadrants(stage)
+    assert len(losses) == 1
+    assert said in losses[0]
+    assert "\n" not in losses[0]
+    assert found.mean() == pytest.approx(0.5, rel=0.02)
+
+
+def test_an_image_with_too_long_a_side_is_refused(
+    mi: Any, stage: Any, tmp_path: Path, monkeypatch: Any
+) -> None:
+    from weaveusd.render import textures
+
+    monkeypatch.setattr(textures, "MAX_SIDE", 16)
+    write_image(tmp_path / "map.exr", large_texels(QUADRANTS))
+    textured(stage, "./map.exr")
+    _, losses = quadrants(stage)
+    assert len(losses) == 1
+    assert "has 32 x 32 x 1 texels, expected at most 16 x 16" in losses[0]
+
+
+def test_a_texel_that_is_no_number_is_refused(mi: Any, stage: Any, tmp_path: Path) -> None:
+    pixels = np.full((4, 4, 3), 0.5)
+    pixels[1, 2, 0] = np.nan
+    write_image(tmp_path / "map.exr", pixels)
+    textured(stage, "./map.exr")
+    _, losses = quadrants(stage)
+    assert len(losses) == 1
+    assert "holds a texel that is no finite number" in losses[0]
+
+
+def test_coordinates_far_out_do_no_harm(mi: Any, stage: Any, tmp_path: Path) -> None:
+    write_image(tmp_path / "map.exr", large_texels(QUADRANTS))
+    reader = node(stage, "Reader", "UsdPrimvarReader_float2", "result", varname=("string", "st"))
+    for scale in (1e8, -1e8):
+        far = node(
+            stage, "Far", "UsdTransform2d", "result", in_=("float2", reader),
+            scale=("float2", (scale, scale)),
+        )  # fmt: skip
+        textured(stage, "./map.exr", st=far, wrapS=("token", "repeat"), wrapT=("token", "mirror"))
+        found, _ = quadrants(stage)
+        assert np.isfinite(found).all()
+        assert found.max() <= 1

@@ -11,7 +11,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
-from weaveusd.render.albedo import COSINES, ROUGHNESSES, ggx_albedo
+from weaveusd.render.mirror_albedo import COSINES, ROUGHNESSES, ggx_albedo
 
 HIGHLIGHT, BASE, THROUGH = 0, 1, 2
 """Indices of the components."""
@@ -78,16 +78,17 @@ class Layers:
 
         coat, _ = _ggx(point.coat_alpha, point.coat_alpha).sample(view, place)
         mirror, _ = _ggx(point.alpha.x, point.alpha.y).sample(view, place)
-        is_coat = choice < to_coat
-        is_mirror = ~is_coat & (choice < to_coat + to_mirror)
-        is_diffuse = ~is_coat & ~is_mirror & (choice < to_coat + to_mirror + to_diffuse)
+        ends = (to_coat, to_coat + to_mirror, to_coat + to_mirror + to_diffuse)
+        is_coat = choice < ends[0]
+        is_diffuse = (choice >= ends[1]) & (choice < ends[2])
+        passes = (choice >= ends[2]) & mi.Bool(self.clear)
+        scatters = (choice < ends[2]) | mi.Bool(not self.clear)
         half = dr.select(is_coat, coat, mirror)
         reflected = mi.Vector3f(half * (2 * dr.dot(view, half)) - view)
         local = dr.select(is_diffuse, mi.warp.square_to_cosine_hemisphere(place), reflected)
         wo = frame.to_world(local)
-        passes = ~is_coat & ~is_mirror & ~is_diffuse & self.clear
         value, pdf = self._lobes(point, wi, wo)
-        good = active & ~passes & (wo.z > 0) & (pdf > 0)
+        good = active & scatters & (wo.z > 0) & (pdf > 0)
 
         bs = mi.BSDFSample3f()
         bs.wo = dr.select(passes, -si.wi, self._upright(wo, si.wi))
