@@ -173,10 +173,11 @@ def _instances(placed: Placed, bsdf: Any, scale: float) -> list[Any]:
         parallel=False,
     )
     zoom = np.diag((scale, scale, scale, 1.0))
-    return [
+    copies = [
         {"type": "instance", "to_world": to_mitsuba(zoom @ matrix), "group": group}
         for matrix in placed.matrices
     ]
+    return [group, *copies]
 
 
 def _joined(values: list[Doubles | None]) -> Doubles | None:
