@@ -15,6 +15,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdValidation
 import weaveusd
 from tests.render.cloths import optics, plain_arrays
 from tests.render.stages import cloth_material, new_stage, write_cloth
+from weaveusd import pipeline
 from weaveusd.contract import CLOTH_SHADER_ID
 from weaveusd.errors import InputError, StageError
 from weaveusd.render.scenes import dress, scene_names, scene_path, scenes_dir
@@ -248,3 +249,11 @@ def test_a_layer_that_cannot_be_made_leaves_nothing(tmp_path: Path, asset: Path)
         with pytest.raises(kind, match=message):
             dress(*arguments)
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_scene_is_rendered_by_its_name(mi: Any, tmp_path: Path, asset: Path) -> None:
+    by_name = pipeline.render(asset, tmp_path / "a.exr", scene="swatch", width=16, spp=8)
+    dressed = dress(scene_path("swatch"), asset, tmp_path / "dressed.usda")
+    assert np.array_equal(by_name.image, weaveusd.render(dressed, width=16, spp=8).image)
+    with pytest.raises(InputError, match="no scene 'moon'"):
+        pipeline.render(asset, tmp_path / "b.exr", scene="moon")
