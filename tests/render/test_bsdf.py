@@ -18,12 +18,14 @@ FRAMES = {
 ANGLES = ((0, 0), (30, 40), (60, 100), (80, 200), (88, -30))
 
 
-def cloth(arrays: Any, inputs: Any, uv_scale: tuple[float, float] = (1.0, 1.0)) -> Any:
+def cloth(
+    arrays: Any, inputs: Any, uv_scale: tuple[float, float] = (1.0, 1.0), **options: Any
+) -> Any:
     import mitsuba as mi
 
     from weaveusd.render.bsdf import cloth_bsdf_dict
 
-    return mi.load_dict(cloth_bsdf_dict(arrays, inputs, uv_scale), parallel=False)
+    return mi.load_dict(cloth_bsdf_dict(arrays, inputs, uv_scale, **options), parallel=False)
 
 
 def interaction(mi: Any, wi: Any, count: int = 1, uv: Any = (0.5, 0.5)) -> Any:
@@ -54,6 +56,22 @@ def test_samples_follow_their_density(mi: Any, preset: str, tau: float, frame: s
     for angle in (*ANGLES, (150, 70)):
         # From behind the surface the sampled and the told side must still be the same.
         assert_sampled_as_told(mi, bsdf, direction(*angle), trials, frame)
+
+
+@pytest.mark.parametrize("preset", ["linen", "polyester flat", "polyester twisted"])
+def test_gaussian_lobes_are_sampled_as_their_density_says(mi: Any, preset: str) -> None:
+    for frame, angle in (("flat", (60, 100)), ("tilted", (30, 40)), ("steep", (80, 200))):
+        arrays = plain_arrays(*FRAMES[frame])
+        bsdf = cloth(arrays, optics(preset, tau=0.3), gaussian=True)
+        assert_sampled_as_told(mi, bsdf, direction(*angle), 9, frame)
+
+
+def test_a_white_volume_with_gaussian_lobes_reflects_all_light_at_its_brightest(mi: Any) -> None:
+    arrays, inputs = plain_arrays(color=1.0), optics("shot warp", k_s=0.0)
+    eta, k_d, gamma_s, gamma_v = (inputs[k][0] for k in ("eta", "k_d", "gamma_s", "gamma_v"))
+    inputs["normalization"] = [normalization(eta, k_d, 0, gamma_s, gamma_v, gaussian=True)]
+    found = [albedo(mi, arrays, inputs, (a, 90), gaussian=True) for a in range(0, 90, 10)]
+    assert max(found) == pytest.approx(1, abs=0.01)
 
 
 def test_value_density_and_sample_agree(mi: Any) -> None:
@@ -145,6 +163,65 @@ def test_disabled_components_are_neither_valued_nor_sampled(mi: Any) -> None:
         assert null == (component == NULL)
 
 
+def test_the_components_add_up_to_the_whole(mi: Any) -> None:
+    arrays, inputs = plain_arrays(*FRAMES["tilted"]), optics("shot weft", tau=0.4)
+    arrays["opacity"][...] = 0.7
+    parts = [albedo(mi, arrays, inputs, (30, 40), component=k) for k in range(3)]
+    assert sum(parts) == pytest.approx(albedo(mi, arrays, inputs, (30, 40)), rel=0.02)
+    assert parts[2] == pytest.approx(0.3)
+
+
+def test_where_one_side_is_asked_for_all_samples_go_there(mi: Any) -> None:
+    from weaveusd.render.bsdf import REFLECTION, TRANSMISSION
+
+    bsdf, count = cloth(plain_arrays(), optics("linen", tau=0.1)), 4096
+    for component, sign in ((REFLECTION, 1), (TRANSMISSION, -1)):
+        context = mi.BSDFContext()
+        context.component = component
+        si = interaction(mi, direction(30, 40), count)
+        rng = mi.PCG32(size=count)
+        bs, weight = bsdf.sample(
+            context, si, rng.next_float32(), mi.Point2f(rng.next_float32(), rng.next_float32())
+        )
+        assert (np.array(bs.wo)[2] * sign > 0).all()
+        assert np.array(weight)[0].all()
+        pdf = np.array(bsdf.pdf(context, si, bs.wo))
+        np.testing.assert_allclose(pdf, np.array(bs.pdf), rtol=2e-3)
+
+
+@pytest.mark.parametrize("tau", [0.0, 0.3, 1.0])
+def test_the_volume_sends_tau_of_its_light_through_the_cloth(mi: Any, tau: float) -> None:
+    arrays, inputs = plain_arrays(), optics("velvet", tau=tau, k_s=0.0)
+    through, back = (albedo(mi, arrays, inputs, (40, 20), component=k) for k in (1, 0))
+    assert through / (through + back) == pytest.approx(tau, abs=0.01)
+
+
+def test_the_cloth_has_two_faces_that_are_alike(mi: Any) -> None:
+    bsdf = cloth(plain_arrays(), optics("shot warp", tau=0.3))
+    for out in (direction(50, 190), direction(130, 60)):
+        wi, wo = np.array(direction(30, 40)), np.array(out)
+        front, back = (
+            bsdf.eval_pdf(
+                mi.BSDFContext(),
+                interaction(mi, (s * wi).tolist()),
+                mi.Vector3f(*(s * wo).tolist()),
+            )
+            for s in (1, -1)
+        )
+        np.testing.assert_allclose(np.array(front[0]), np.array(back[0]), rtol=1e-5)
+        np.testing.assert_allclose(np.array(front[1]), np.array(back[1]), rtol=1e-5)
+
+
+def test_the_flags_say_what_the_cloth_does(mi: Any) -> None:
+    bsdf = cloth(plain_arrays(), optics("linen"))
+    flags = mi.BSDFFlags
+    for flag in (flags.GlossyReflection, flags.GlossyTransmission, flags.Null, flags.FrontSide,
+                 flags.BackSide, flags.SpatiallyVarying, flags.Anisotropic):  # fmt: skip
+        assert mi.has_flag(bsdf.flags(), flag)
+    assert not mi.has_flag(bsdf.flags(), flags.NonSymmetric)
+    assert [mi.has_flag(bsdf.flags(k), flags.Null) for k in range(3)] == [False, False, True]
+
+
 @pytest.mark.parametrize(("preset", "surface"), [("linen", 0.1902), ("velvet", 0.2635)])
 def test_color_and_surface_lobe_share_the_whole_albedo(
     mi: Any, preset: str, surface: float
@@ -162,13 +239,23 @@ def test_a_white_cloth_in_a_white_world_never_glows(mi: Any, preset: str) -> Non
         assert albedo(mi, arrays, optics(preset, tau=0.3), angle) <= 1.01
 
 
-def albedo(mi: Any, arrays: Any, inputs: Any, angle: tuple[float, float]) -> float:
-    bsdf, count = cloth(arrays, inputs), 1 << 16
+def albedo(
+    mi: Any,
+    arrays: Any,
+    inputs: Any,
+    angle: tuple[float, float],
+    *,
+    component: int | None = None,
+    gaussian: bool = False,
+) -> float:
+    bsdf, count = cloth(arrays, inputs, gaussian=gaussian), 1 << 16
+    context = mi.BSDFContext()
+    if component is not None:
+        context.component = component
     rng = mi.PCG32(size=count)
-    _, weight = bsdf.sample(
-        mi.BSDFContext(), interaction(mi, direction(*angle), count), rng.next_float32(),
-        mi.Point2f(rng.next_float32(), rng.next_float32()),
-    )  # fmt: skip
+    si = interaction(mi, direction(*angle), count)
+    choice, point = rng.next_float32(), mi.Point2f(rng.next_float32(), rng.next_float32())
+    _, weight = bsdf.sample(context, si, choice, point)
     return float(np.array(weight)[1].mean())
 
 
@@ -235,6 +322,58 @@ def test_parameters_can_be_changed_and_differentiated(mi: Any) -> None:
     parameters["k_s"] = mi.Float(0.6)
     parameters.update()
     assert (np.array(value())[0] - before) / 0.1 == pytest.approx(slope, rel=1e-2)
+
+
+@pytest.mark.parametrize("gaussian", [False, True])
+@pytest.mark.parametrize("name", ["eta", "k_d", "gamma_s", "gamma_v", "tau", "normalization"])
+def test_derivatives_are_those_of_finite_differences(mi: Any, name: str, gaussian: bool) -> None:
+    import drjit as dr
+
+    inputs = optics("linen", tau=0.3)
+    bsdf = cloth(plain_arrays(*FRAMES["tilted"]), inputs, gaussian=gaussian)
+    parameters, at = mi.traverse(bsdf), inputs[name][0]
+    si, wo = interaction(mi, direction(30, 40)), mi.Vector3f(*direction(50, 190))
+
+    def value(number: float) -> Any:
+        parameters[name] = mi.Float(number)
+        parameters.update()
+        return bsdf.eval(mi.BSDFContext(), si, wo).x
+
+    step = 0.02 * at
+    expected = (np.array(value(at + step))[0] - np.array(value(at - step))[0]) / (2 * step)
+    value(at)
+    dr.enable_grad(parameters[name])  # without an update, as in an optimizer's first step
+    dr.backward(bsdf.eval(mi.BSDFContext(), si, wo).x)
+    assert np.array(dr.grad(parameters[name]))[0] == pytest.approx(expected, rel=0.02, abs=1e-6)
+
+
+def test_half_floats_and_the_scalar_variant_give_the_same_picture(mi: Any) -> None:
+    wi, out = direction(30, 40), direction(50, 190)
+    arrays, inputs = plain_arrays(*FRAMES["tilted"]), optics("shot warp", tau=0.3)
+    context = mi.BSDFContext()
+    exact = cloth(arrays, inputs).eval(context, interaction(mi, wi), mi.Vector3f(*out))
+    expected = np.array(exact).ravel()
+    bsdf = cloth(arrays, inputs, dtype=np.float16)
+    si = interaction(mi, wi)
+    value, pdf = bsdf.eval_pdf(context, si, mi.Vector3f(*out))
+    assert np.array(value).ravel() == pytest.approx(expected, rel=5e-3)
+    bs, weight = bsdf.sample(context, si, mi.Float(0.6), mi.Point2f(0.3, 0.8))
+    reflectance = bsdf.eval_diffuse_reflectance(si)
+    found = [np.array(x).ravel() for x in (value, pdf, bs.wo, bs.pdf, weight, reflectance)]
+
+    mi.set_variant("scalar_rgb")
+    scalar = cloth(arrays, inputs, dtype=np.float16)
+    si = mi.SurfaceInteraction3f()
+    si.wi, si.uv = mi.Vector3f(*wi), mi.Point2f(0.5, 0.5)
+    si.sh_frame = mi.Frame3f(mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0), mi.Vector3f(0, 0, 1))
+    si.dp_dv = mi.Vector3f(0, 1, 0)
+    context = mi.BSDFContext()
+    value, pdf = scalar.eval_pdf(context, si, mi.Vector3f(*out))
+    bs, weight = scalar.sample(context, si, 0.6, mi.Point2f(0.3, 0.8))
+    reflectance = scalar.eval_diffuse_reflectance(si)
+    again = [np.array(x).ravel() for x in (value, pdf, bs.wo, bs.pdf, weight, reflectance)]
+    for one, other in zip(found, again, strict=True):
+        np.testing.assert_allclose(other, one, rtol=1e-3, atol=1e-5)
 
 
 def test_a_cloth_without_its_yarns_is_refused(mi: Any) -> None:

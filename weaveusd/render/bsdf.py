@@ -8,6 +8,7 @@ Gaps between yarns let light pass straight, as Mitsuba's `mask` does.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -142,7 +143,7 @@ class Cloth:
         allowed = active & _allowed(ctx, si.wi, wo, direction)
         share = dr.select(allowed, texel[OPACITY], 0)
         value = lobes.value(yarn, fibre, direction)
-        return value * share, sampling.density(yarn, fibre, direction) * share
+        return value * share, sampling.density(_asked(ctx, yarn), fibre, direction) * share
 
     def sample(self, ctx: Any, si: Any, choice: Any, point: Any, active: Any) -> tuple[Any, Any]:
         """Return a sample and its weight: of the null component in gaps, else of the lobes."""
@@ -152,15 +153,16 @@ class Cloth:
         share = opacity
         if not ctx.is_enabled(mi.BSDFFlags.Null, NULL):
             share = mi.Float(1)
-        elif not _lobes_enabled(ctx):
+        elif not (_reflects(ctx) or _transmits(ctx)):
             share = mi.Float(0)
         passes = choice >= share
         choice = dr.clip(choice / dr.maximum(share, lobes.TINY), 0, 0.99999994)
 
         fibre = lobes.fibre(si.wi, normal, tangent)
-        direction = sampling.sample(yarn, fibre, choice, point)
+        asked = _asked(ctx, yarn)
+        direction = sampling.sample(asked, fibre, choice, point)
         value = lobes.value(yarn, fibre, direction)
-        pdf = sampling.density(yarn, fibre, direction)
+        pdf = sampling.density(asked, fibre, direction)
         wo = fibre.vector(direction)
         allowed = active & _allowed(ctx, si.wi, wo, direction) & (pdf > 0)
         reflected = wo.z * si.wi.z > 0
@@ -202,19 +204,25 @@ def _frame(vector: Sequence[Any]) -> tuple[Any, Any]:
 def _allowed(ctx: Any, wi: Any, wo: Any, direction: lobes.Direction) -> Any:
     """Return where `wo` lies on an enabled side on which yarn and surface agree."""
     reflected = wo.z * wi.z > 0
-    enabled = dr.select(
-        reflected,
-        mi.Bool(ctx.is_enabled(mi.BSDFFlags.GlossyReflection, REFLECTION)),
-        mi.Bool(ctx.is_enabled(mi.BSDFFlags.GlossyTransmission, TRANSMISSION)),
-    )
+    enabled = dr.select(reflected, mi.Bool(_reflects(ctx)), mi.Bool(_transmits(ctx)))
     return enabled & (reflected == (direction.cos_phi > 0)) & (wo.z * wi.z != 0)
 
 
-def _lobes_enabled(ctx: Any) -> bool:
-    return bool(
-        ctx.is_enabled(mi.BSDFFlags.GlossyReflection, REFLECTION)
-        or ctx.is_enabled(mi.BSDFFlags.GlossyTransmission, TRANSMISSION)
-    )
+def _asked(ctx: Any, yarn: lobes.LobeParameters) -> lobes.LobeParameters:
+    """Return the yarn to sample: where one side is asked for, the other gets no samples."""
+    if _reflects(ctx) == _transmits(ctx):
+        return yarn
+    if _reflects(ctx):
+        return replace(yarn, tau=mi.Float(0))
+    return replace(yarn, tau=mi.Float(1), k_s=mi.Float(0))
+
+
+def _reflects(ctx: Any) -> bool:
+    return bool(ctx.is_enabled(mi.BSDFFlags.GlossyReflection, REFLECTION))
+
+
+def _transmits(ctx: Any) -> bool:
+    return bool(ctx.is_enabled(mi.BSDFFlags.GlossyTransmission, TRANSMISSION))
 
 
 def _gather(values: Any, index: Any, active: Any) -> Any:
