@@ -55,7 +55,8 @@ def render(
     seed
         The same seed gives the same picture, to the byte, on one kind of machine.
     context
-        `mitsuba` for the exact cloth, `preview` for its UsdPreviewSurface.
+        `mitsuba` for the exact cloth, `mtlx` or `openpbr` for MaterialX networks, `preview` for
+        UsdPreviewSurface; what a material lacks is looked for in the next of these.
     frame
         Time code of the picture; by default the earliest one.
     purposes

@@ -63,8 +63,8 @@ def translate(
         Path of a camera; by default the stage's first one, and without any a camera that sees
         all there is.
     context
-        `mitsuba` shows materials as the exact BSDF where they have one, `preview` as their
-        UsdPreviewSurface.
+        `mitsuba` for the exact cloth, `mtlx` or `openpbr` for MaterialX networks, `preview` for
+        UsdPreviewSurface; what a material lacks is looked for in the next of these.
     frame
         Time code of the picture; by default the earliest one.
     purposes
