@@ -239,12 +239,14 @@ def test_hairs_too_faint_for_eight_bits_are_a_gap():
     np.testing.assert_array_equal(stored == 0, out["yarn_id"] == GAP)
 
 
-def test_a_color_at_the_gamut_s_edge_keeps_its_mean():
+@pytest.mark.parametrize("brightest", [0.9, 0.97, 1.0])
+def test_a_color_at_the_gamut_s_edge_keeps_its_mean(brightest):
     cloth = woven(np.tile(plain(), (20, 20)), "linen")
-    red = tuple(replace(y, color=(1.0, 0.4, 0.1)) for y in cloth.yarns)
+    red = tuple(replace(y, color=(brightest, 0.4, 0.1)) for y in cloth.yarns)
     uneven = regular(replace(cloth, yarns=red), color=4.0, color_correlation_mm=0.5)
     out = synthesize(uneven, resolution=400, seed=1).whole()["base_color"]
     np.testing.assert_allclose(out.mean((0, 1)), red[0].color, atol=0.005)
+    assert out.max() <= 1
 
 
 def test_a_melange_shares_out_its_colors():

@@ -94,4 +94,5 @@ def _scales(color: Doubles, delta_e: float, weights: RGB) -> Doubles:
     room = 1 / float(color.max()) - 1
     if scale.max() - 1 > room:
         scale = 1 + (scale - 1) * (room / (scale.max() - 1))
-    return settled(scale)
+    # Rounding must not carry the lightest tone over 1.
+    return np.minimum(settled(scale), 1 + room)
