@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pxr import Gf, UsdGeom
 
-from tests.render.stages import add_camera, add_dome, add_mesh, new_stage, picture
+from tests.render.stages import SQUARE, add_camera, add_dome, add_mesh, new_stage, picture
 from weaveusd.errors import StageError
 
 SIZE = (96, 64)
@@ -41,22 +41,35 @@ def expected_pixel(camera: Any, point: Any, size: tuple[int, int]) -> Any:
     return np.array(((x + 1) / 2 * size[0], (1 - y) / 2 * size[1]))
 
 
-def marked(tmp_path: Path, **changes: Any) -> tuple[Any, Any, Any]:
+def marked(tmp_path: Path, camera_maker: Any = camera_of, **changes: Any) -> tuple[Any, Any, Any]:
     """A stage with one small black square that faces the camera, and where it should be."""
     stage = new_stage(tmp_path / "scene.usda")
-    camera = camera_of(stage, **changes)
-    view = camera.ComputeLocalToWorldTransform(0).RemoveScaleShear()
-    point = view.Transform(Gf.Vec3d(1.1, 0.7, -12))
-    half = 0.05
+    camera = camera_maker(stage, **changes)
+    return stage, camera, mark(stage, camera)
+
+
+def mark(stage: Any, camera: Any, frame: float = 0.0) -> Any:
+    """Put the square 12 units before the camera and return its middle."""
+    view = camera.ComputeLocalToWorldTransform(frame)
+    view = view.RemoveScaleShear() if view.GetDeterminant3() > 0 else view
     corners = [
-        view.Transform(Gf.Vec3d(1.1 + x * half, 0.7 + y * half, -12))
+        view.Transform(Gf.Vec3d(1.1 + x * 0.15, 0.7 + y * 0.15, -12))
         for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))
     ]
     add_mesh(stage, points=corners, color=(0, 0, 0))
-    return stage, camera, point
+    return view.Transform(Gf.Vec3d(1.1, 0.7, -12))
 
 
-@pytest.mark.parametrize("size", [(96, 64), (64, 96), (80, 80)])
+def seen_at(stage: Any, size: tuple[int, int], spp: int = 128, **more: Any) -> Any:
+    """The pixel on which the darkness of the picture is centered."""
+    image = picture(stage, size, spp, **more)[0][..., 0]
+    # The white dome fills the background; the card is one black square in it.
+    weight = np.where(image < 0.999, 1 - image, 0)
+    rows, columns = np.mgrid[: size[1], : size[0]] + 0.5
+    return np.array(((weight * columns).sum(), (weight * rows).sum())) / weight.sum()
+
+
+@pytest.mark.parametrize("size", [(96, 64), (64, 80)])
 @pytest.mark.parametrize(
     "changes",
     [
@@ -64,22 +77,124 @@ def marked(tmp_path: Path, **changes: Any) -> tuple[Any, Any, Any]:
         {"horizontalAperture": 30.0, "verticalAperture": 10.0, "focalLength": 40.0},
         {"horizontalApertureOffset": 2.0, "verticalApertureOffset": -1.5},
         {"projection": "orthographic", "horizontalAperture": 60.0, "verticalAperture": 50.0},
+        {
+            "projection": "orthographic", "horizontalAperture": 60.0, "verticalAperture": 50.0,
+            "horizontalApertureOffset": 8.0, "verticalApertureOffset": -6.0,
+        },
+        {"fStop": 64.0, "focusDistance": 12.0},
+        {
+            "fStop": 64.0, "focusDistance": 12.0,
+            "horizontalApertureOffset": 2.0, "verticalApertureOffset": -1.5,
+        },
+        {
+            "fStop": 64.0, "focusDistance": 12.0,
+            "horizontalApertureOffset": -1.0, "verticalApertureOffset": 2.5,
+        },
     ],
-)
+)  # fmt: skip
 def test_a_known_point_falls_on_its_pixel(
     mi: Any, tmp_path: Path, size: tuple[int, int], changes: dict[str, Any]
 ) -> None:
-    from weaveusd.render.trace import trace
-    from weaveusd.render.translate import translate
-
     stage, camera, point = marked(tmp_path, **changes)
-    made = translate(stage, width=size[0], height=size[1])
-    image = trace(made.scene, size, 256, seed=1)[..., 0]
-    # The white dome fills the background; the card is one black square in it.
-    weight = np.where(image < 0.999, 1 - image, 0)
-    rows, columns = np.mgrid[: size[1], : size[0]] + 0.5
-    found = np.array(((weight * columns).sum(), (weight * rows).sum())) / weight.sum()
-    np.testing.assert_allclose(found, expected_pixel(camera, point, size), atol=0.12)
+    # The film of an open lens can be cut at half pixels.
+    rough = "fStop" in changes and "verticalApertureOffset" in changes
+    np.testing.assert_allclose(
+        seen_at(stage, size), expected_pixel(camera, point, size), atol=0.37 if rough else 0.12
+    )
+
+
+def test_a_moving_camera_is_where_it_is_at_the_frame(mi: Any, tmp_path: Path) -> None:
+    stage = new_stage(tmp_path / "scene.usda")
+    camera = UsdGeom.Camera.Define(stage, "/World/Camera")
+    move = camera.AddTranslateOp()
+    move.Set((0, 0, 20), 1)
+    move.Set((2, 1, 20), 5)
+    camera.GetFocalLengthAttr().Set(30.0, 1)
+    camera.GetFocalLengthAttr().Set(70.0, 5)
+    add_mesh(stage, points=[(x * 0.05, y * 0.05, 0) for x, y, _ in SQUARE], color=(0, 0, 0))
+    for frame in (1, 2, 4.5):
+        gf = camera.GetCamera(frame)
+        slope = gf.horizontalAperture / gf.focalLength / 64 * 20  # units a pixel
+        at = np.array(camera.ComputeLocalToWorldTransform(frame).ExtractTranslation())
+        expected = (32 - at[0] / slope, 32 + at[1] / slope)
+        found = seen_at(stage, (64, 64), frame=frame)
+        np.testing.assert_allclose(found, expected, atol=0.12)
+
+
+def test_a_camera_below_a_mirrored_parent_still_sees_with_its_own_right_hand(
+    mi: Any, tmp_path: Path
+) -> None:
+    stage, camera, _ = marked(tmp_path)
+    UsdGeom.Xformable(stage.GetPrimAtPath("/World/Rig")).GetOrderedXformOps()[0].Set((-1, 1, 1))
+    stage.RemovePrim("/World/Card")
+    point = mark(stage, camera)
+    frustum = camera.GetCamera(0).frustum
+    view = frustum.ComputeViewMatrix()
+    assert view.Transform(Gf.Vec3d(*point))[2] < 0
+    found = seen_at(stage, (80, 80))
+    # USD's own camera turns what is mirrored into a rotation about other axes: the mark is seen
+    # as far from the middle as it lies from the axis.
+    focal = camera.GetFocalLengthAttr().Get() / camera.GetHorizontalApertureAttr().Get() * 80
+    assert np.linalg.norm(found - 40) == pytest.approx(focal * np.hypot(1.1, 0.7) / 12, abs=0.3)
+
+
+@pytest.mark.parametrize(("up", "unit"), [("Z", 1.0), ("Y", 0.01), ("Z", 0.001)])
+def test_axis_and_units_of_a_stage_move_no_pixel(
+    mi: Any, tmp_path: Path, up: str, unit: float
+) -> None:
+    stage, camera, point = marked(tmp_path)
+    UsdGeom.SetStageUpAxis(stage, up)
+    UsdGeom.SetStageMetersPerUnit(stage, unit)
+    expected = expected_pixel(camera, point, (96, 64))
+    np.testing.assert_allclose(seen_at(stage, (96, 64)), expected, atol=0.12)
+
+
+@pytest.mark.parametrize(
+    ("settings", "factor"),
+    [
+        ({"exposure": 1.5}, 2**1.5),
+        ({"exposure": -3.0}, 1 / 8),
+        ({"exposure:time": 0.25, "exposure:iso": 400.0}, 1.0),
+        ({"exposure:fStop": 4.0, "exposure:time": 8.0, "exposure:responsivity": 0.5}, 0.25),
+        ({"exposure": 1.0, "exposure:iso": 50.0}, 1.0),
+    ],
+)
+def test_exposure_multiplies_the_picture(
+    mi: Any, tmp_path: Path, settings: dict[str, float], factor: float
+) -> None:
+    stage = new_stage(tmp_path / "scene.usda")
+    add_dome(stage)
+    camera = add_camera(stage)
+    for name, value in settings.items():
+        camera.GetPrim().GetAttribute(name).Set(value)
+    image, losses = picture(stage, 4, 4)
+    assert image == pytest.approx(np.full((4, 4, 3), factor), rel=1e-5)
+    assert losses == []
+
+
+def test_an_exposure_beyond_numbers_is_a_loss(mi: Any, tmp_path: Path) -> None:
+    stage = new_stage(tmp_path / "scene.usda")
+    add_dome(stage)
+    camera = add_camera(stage)
+    camera.CreateExposureAttr(1e6)
+    image, losses = picture(stage, 4, 4)
+    assert image.max() == pytest.approx(1)
+    assert losses == ["/World/Camera: exposure that multiplies radiance by inf (dropped)"]
+
+
+def test_a_lens_opens_as_wide_as_its_stop_says(mi: Any, tmp_path: Path) -> None:
+    stage = new_stage(tmp_path / "scene.usda")
+    add_dome(stage)
+    camera = add_camera(stage, fov=40)
+    camera.CreateFStopAttr(1.0)
+    camera.CreateFocusDistanceAttr(5.0)
+    add_mesh(stage, points=((-99, -99, 0), (0, -99, 0), (0, 99, 0), (-99, 99, 0)), color=(0, 0, 0))
+    row = picture(stage, 129, 256)[0][60:69, :, 0].mean(axis=0)
+    # A point at 10 with the focus at 5 becomes a disk, on the plane in focus half as wide as the
+    # lens, f / N; over its diameter an edge rises, most steeply by 2 / (π radius) in the middle.
+    lens = camera.GetFocalLengthAttr().Get() / 10
+    radius = lens / 4 / (2 * 5 * np.tan(np.radians(20))) * 129
+    assert (row[67] - row[61]) / 6 == pytest.approx(2 / (np.pi * radius), rel=0.05)
 
 
 def test_the_first_camera_is_used_and_another_on_request(mi: Any, tmp_path: Path) -> None:
@@ -138,4 +253,13 @@ def test_a_camera_that_cannot_see_is_refused(mi: Any, tmp_path: Path) -> None:
     add_mesh(stage)
     add_camera(stage).CreateFocalLengthAttr(0.0)
     with pytest.raises(StageError, match="focalLength is 0, expected more than 0"):
+        picture(stage, 4, 1)
+    camera = UsdGeom.Camera(stage.GetPrimAtPath("/World/Camera"))
+    camera.GetFocalLengthAttr().Set(50.0)
+    camera.CreateHorizontalApertureAttr(float("nan"))
+    with pytest.raises(StageError, match="horizontalAperture is 'nan', expected a finite number"):
+        picture(stage, 4, 1)
+    camera.GetHorizontalApertureAttr().Set(20.0)
+    camera.AddScaleOp().Set((1, 1, 0))
+    with pytest.raises(StageError, match="is flattened by its transform"):
         picture(stage, 4, 1)
