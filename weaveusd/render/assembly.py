@@ -18,6 +18,7 @@ import numpy as np
 
 from weaveusd.render.geometry import Balls, Facets, Placed, Shape, Strands
 from weaveusd.render.model import Losses
+from weaveusd.render.quaternions import quaternions
 from weaveusd.render.shapes import ball_as_facets
 from weaveusd.render.xforms import mirrors, to_mitsuba, uniform_scale
 
@@ -237,7 +238,7 @@ def _ball_entries(group: _Group, scale: float) -> list[Any]:
         return [mesh(_merged([unit], 1.0), unit.prim, group.bsdf, group.emitter)]
     turn, size, _ = np.linalg.svd(axis)
     turn[:, :, 2] *= np.linalg.det(turn)[:, None]
-    tensors = {"centers": center, "scales": size, "quaternions": _quaternions(turn)}
+    tensors = {"centers": center, "scales": size, "quaternions": quaternions(turn)}
     entry = {name: mi.TensorXf(values.astype(np.float32)) for name, values in tensors.items()}
     return [entry | {"type": "ellipsoids", "extent": 1.0, "bsdf": group.bsdf}]
 
@@ -247,32 +248,6 @@ def _sphere(matrix: Doubles, group: _Group) -> Any:
         matrix = matrix @ np.diag((-1.0, -1.0, -1.0, 1.0))
     entry = {"type": "sphere", "to_world": to_mitsuba(matrix), "bsdf": group.bsdf}
     return entry if group.emitter is None else entry | {"emitter": group.emitter}
-
-
-def _quaternions(rotations: Doubles) -> Doubles:
-    """Return unit quaternions (N, 4) as x, y, z, w of rotations (N, 3, 3).
-
-    The products of a quaternion's components are sums of the matrix's; the row of the largest
-    one is the quaternion but for its length.
-    """
-    m = rotations
-    x, y, z = m[:, 0, 0], m[:, 1, 1], m[:, 2, 2]
-    products = np.empty((len(m), 4, 4))
-    products[:, range(4), range(4)] = np.stack(
-        (1 + x - y - z, 1 - x + y - z, 1 - x - y + z, 1 + x + y + z), axis=1
-    )
-    for i, j, value in (
-        (0, 1, m[:, 1, 0] + m[:, 0, 1]),
-        (0, 2, m[:, 2, 0] + m[:, 0, 2]),
-        (1, 2, m[:, 2, 1] + m[:, 1, 2]),
-        (0, 3, m[:, 2, 1] - m[:, 1, 2]),
-        (1, 3, m[:, 0, 2] - m[:, 2, 0]),
-        (2, 3, m[:, 1, 0] - m[:, 0, 1]),
-    ):
-        products[:, i, j] = products[:, j, i] = value
-    largest = np.argmax(products[:, range(4), range(4)], axis=1)
-    row = products[np.arange(len(m)), largest]
-    return np.asarray(row / np.linalg.norm(row, axis=1, keepdims=True))
 
 
 def _affine(linear: Doubles, shift: Doubles) -> Doubles:

@@ -13,15 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pxr import Tf, Usd, UsdGeom
 
-from weaveusd.render import curves, instances, lights, meshes, shapes, unbound
-from weaveusd.render.field_texture import attribute_name
-from weaveusd.render.geometry import Balls, Facets, Placed, Shape, Strands
+from weaveusd.render import instances, lights
+from weaveusd.render.geometry import Placed
 from weaveusd.render.instances import MAX_COPIES, Copies
-from weaveusd.render.look import Look
-from weaveusd.render.materials import Looks
 from weaveusd.render.model import Losses
+from weaveusd.render.pieces import Pieces
 from weaveusd.render.reading import UnreadableError, authored
-from weaveusd.render.xforms import Placing, singular
+from weaveusd.render.xforms import Placing
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -48,19 +46,15 @@ class Found:
 class Walk:
     """Gathers what is seen of a stage at one time.
 
-    `purposes` are drawn beside `default`. `shining` says of each shape whether a light makes it
-    shine.
+    `purposes` are drawn beside `default`.
     """
 
     def __init__(
-        self, stage: Usd.Stage, time: Usd.TimeCode, purposes: tuple[str, ...], looks: Looks,
-        shining: lights.Lights, losses: Losses,
-    ) -> None:  # fmt: skip
-        self.stage, self.time, self.losses = stage, time, losses
+        self, stage: Usd.Stage, purposes: tuple[str, ...], pieces: Pieces, losses: Losses
+    ) -> None:
+        self.stage, self.time, self.losses = stage, pieces.time, losses
         self.purposes = {UsdGeom.Tokens.default_, *purposes}
-        self.looks, self.lights = looks, shining
-        self.meshes = meshes.Meshes(time, losses)
-        self.bare = unbound.Bare(time, losses)
+        self.pieces = pieces
         self._prototypes: dict[str, Found] = {}
 
     def everything(self) -> Found:
@@ -109,7 +103,7 @@ class Walk:
             self._add_copies(prim, info, placing, open_, found)
             return False
         elif prim.IsA(UsdGeom.Gprim):
-            found.shapes += self._shape(prim, placing)
+            found.shapes += self.pieces.of(prim, placing)
         elif _is_unknown(prim):
             self.losses.dropped(prim, f"type {prim.GetTypeName()} is unknown")
         return True
@@ -139,7 +133,7 @@ class Walk:
         self, prim: Usd.Prim, info: Any, placing: Placing, open_: tuple[str, ...], found: Found
     ) -> None:
         """Take in all copies that an instancer makes."""
-        world = self._matrix(prim, placing)
+        world = self.pieces.matrix(prim, placing)
         inside = (*open_, str(prim.GetPath()))
         if len(inside) > MAX_NESTING:
             raise UnreadableError(
@@ -169,7 +163,7 @@ class Walk:
         self, prim: Usd.Prim, placed: Placed, matrices: Doubles, copies: Copies
     ) -> Iterator[Placed]:
         """Yield a shape of a prototype at all places, one for each color of the copies."""
-        for look, shape, mine in self.bare.colored_copies(prim, placed, copies.colors):
+        for look, shape, mine in self.pieces.bare.colored_copies(prim, placed, copies.colors):
             chosen = matrices if mine is None else matrices[mine]
             most = MAX_COPIES // len(placed.matrices)
             if len(chosen) > most:
@@ -185,95 +179,6 @@ class Walk:
             if len(matrices) > left:
                 self.losses.dropped(prim, f"copies of lights beyond the first {MAX_LIGHT_COPIES}")
             found.lights += [(light, placing.copied(m)) for m in matrices[: max(left, 0)]]
-
-    # --- Shapes ---------------------------------------------------------------------------------
-
-    def _shape(self, prim: Usd.Prim, placing: Placing) -> list[Placed]:
-        """Return a prim's shapes, one for each look of its."""
-        matrix = self._matrix(prim, placing)
-        both_sides = _both_sides(prim, self.time)
-        if prim.IsA(UsdGeom.Mesh):
-            pieces = self._mesh(prim, matrix, placing)
-        elif prim.IsA(UsdGeom.BasisCurves):
-            pieces = self._curves(prim)
-        else:
-            pieces = self._solid(prim, matrix, placing)
-        path = str(prim.GetPath())
-        return [Placed(path, s, matrix[None], look, both_sides) for s, look in pieces]
-
-    def _mesh(
-        self, prim: Usd.Prim, matrix: Doubles, placing: Placing
-    ) -> Iterator[tuple[Shape, Look]]:
-        surface = self.meshes.surface(prim)
-        if surface is None:
-            return
-        light = self.lights.of(prim, self.time)
-        for part in meshes.parts(prim, surface, self.time, self.losses):
-            bound = self.looks.of(part.prim)
-            if bound is None:
-                facets = self.meshes.facets(prim, surface, part, None, unbound.DISPLAY)
-                facets, look = self.bare.mesh(facets)
-            else:
-                wanted = [
-                    meshes.Wanted(name, attribute_name(name), width)
-                    for name, width in bound.primvars
-                ]
-                facets = self.meshes.facets(prim, surface, part, bound.uv, wanted)
-                look = bound
-            if light:
-                area = meshes.surface_area(surface, matrix)
-                look = self.lights.shine(light, look, area, placing)
-            yield facets, look
-
-    def _solid(
-        self, prim: Usd.Prim, matrix: Doubles, placing: Placing
-    ) -> Iterator[tuple[Shape, Look]]:
-        shape: Balls | Facets
-        if prim.IsA(UsdGeom.Points):
-            shape = shapes.points_as_balls(prim, self.time, self.losses)
-        else:
-            shape = shapes.solid(prim, self.time)
-        bound = self.looks.of(prim)
-        if bound is not None and bound.uv is not None:
-            self.losses.approximated(
-                prim, f"{prim.GetTypeName()} has no texture coordinates {bound.uv} in USD"
-            )
-        if bound is not None:
-            pieces: list[tuple[Shape, Look]] = [(shape, bound)]
-        else:
-            pieces = list(self.bare.solid(prim, shape))
-        light = self.lights.of(prim, self.time)
-        for piece, look in pieces:
-            if light and not isinstance(piece, Strands):
-                area = shapes.surface_area(piece, matrix)
-                look = self.lights.shine(light, look, area, placing)
-            if isinstance(piece, Facets) and look.uv is None:
-                piece = replace(piece, uv=None)
-            yield piece, look
-
-    def _curves(self, prim: Usd.Prim) -> Iterator[tuple[Shape, Look]]:
-        tubes, cut = curves.strands(prim, self.time, self.losses)
-        bound = self.looks.of(prim)
-        if bound is None:
-            yield from self.bare.curves(prim, tubes, cut)
-            return
-        if bound.uv is not None:
-            self.losses.approximated(prim, f"curves have no texture coordinates {bound.uv}")
-        if bound.emission is not None or self.lights.of(prim, self.time):
-            self.losses.dropped(prim, "light of curves")
-            bound = replace(bound, emission=None)
-        yield tubes, bound
-
-    def _matrix(self, prim: Usd.Prim, placing: Placing) -> Doubles:
-        """Return the matrix of a prim in stage units; UnreadableError where nothing is seen."""
-        if not np.array_equal(placing.authored(prim)[3], (0, 0, 0, 1)):
-            self.losses.approximated(prim, "perspective part of its transform is ignored")
-        matrix = placing.unscaled(prim)
-        if not np.isfinite(matrix).all():
-            raise UnreadableError("its transform holds a value that is no finite number")
-        if singular(matrix):
-            raise UnreadableError("shape is flattened by its transform")
-        return matrix
 
     def _near(self, found: list[Placed]) -> Iterator[Placed]:
         """Yield what lies where numbers can be trusted."""
@@ -301,12 +206,6 @@ def _is_unknown(prim: Usd.Prim) -> bool:
     """Return whether no schema defines the type that a prim says it is."""
     name = prim.GetTypeName()
     return bool(name) and not Usd.SchemaRegistry().FindConcretePrimDefinition(name)
-
-
-def _both_sides(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
-    """Return whether the back shows: yes, unless the stage itself says no."""
-    attribute = UsdGeom.Gprim(prim).GetDoubleSidedAttr()
-    return bool(authored(attribute, time)) if attribute.HasAuthoredValue() else True
 
 
 def _first_line(error: Exception) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from pxr import Tf, Usd, UsdGeom
 
 from weaveusd.render.model import Losses
+from weaveusd.render.quaternions import rotations
 from weaveusd.render.reading import UnreadableError, as_rows, authored, integers, rows
 
 if TYPE_CHECKING:
@@ -94,19 +95,6 @@ def _matrices(instancer: UsdGeom.PointInstancer, count: int, time: Usd.TimeCode)
     if len(scales):
         matrices[:, :3, :3] *= scales[:, None, :]
     return matrices
-
-
-def rotations(quaternions: Doubles) -> Doubles:
-    """Return the rotations (N, 3, 3) of quaternions (N, 4) as x, y, z, w; none for those of 0."""
-    length = np.linalg.norm(quaternions, axis=1, keepdims=True)
-    unit = np.where(length > 0, quaternions / np.where(length > 0, length, 1), (0.0, 0, 0, 1))
-    x, y, z, w = unit.T
-    matrix = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-    )
-    return np.moveaxis(np.array(matrix), 2, 0)
 
 
 def _orientations(instancer: UsdGeom.PointInstancer, time: Usd.TimeCode) -> Doubles:

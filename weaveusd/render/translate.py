@@ -22,6 +22,7 @@ from weaveusd.render.geometry import Bounds, Placed
 from weaveusd.render.look import Look
 from weaveusd.render.model import Loss, Losses
 from weaveusd.render.motion import moves
+from weaveusd.render.pieces import Pieces
 from weaveusd.render.xforms import Placing, picture_scale
 from weaveusd.stage import captured_diagnostics
 
@@ -99,7 +100,8 @@ class _Scene:
         self.losses = Losses()
         looks = materials.Looks(context, time, self.losses)
         self.lights = lights.Lights(stage, self.losses)
-        self.walk = Walk(stage, time, purposes, looks, self.lights, self.losses)
+        pieces = Pieces(time, looks, self.lights, self.losses)
+        self.walk = Walk(stage, purposes, pieces, self.losses)
         self.bsdfs: dict[tuple[int, bool], tuple[Look, Any]] = {}
         self.pierced = False  # some surface lets light pass straight
 

@@ -13,7 +13,7 @@ from weaveusd.render import materials
 from weaveusd.render.curves import Curves, curve_colors
 from weaveusd.render.geometry import Balls, Facets, Placed, Shape, Strands
 from weaveusd.render.look import Look
-from weaveusd.render.meshes import Wanted
+from weaveusd.render.mesh_store import Wanted
 from weaveusd.render.model import Losses
 from weaveusd.render.reading import UnreadableError, as_rows
 
