@@ -31,7 +31,7 @@ from weaveusd.contract import (
     SHADER_FILES,
     SHADER_UV_SCALE,
     SHADER_VARNAME,
-    SHADER_YARN_INPUTS,
+    SHADER_YARN_ARRAYS,
     YARN_API,
     YARN_ATTRIBUTES,
     YARN_NAMESPACE,
@@ -132,7 +132,7 @@ def shader_layer() -> Sdf.Layer:
     meanings = {name: c.meaning for c in CHANNELS.values() for name in c.files}
     for name, file in SHADER_FILES.items():
         _add_input(shader, name, types.Asset, f"Texture: {meanings[file]}.", Sdf.AssetPath())
-    for name, meaning in SHADER_YARN_INPUTS.items():
+    for name, meaning in SHADER_YARN_ARRAYS.items():
         _add_input(shader, name, types.FloatArray, f"For each yarn: {meaning}.", [])
     _add_input(
         shader,

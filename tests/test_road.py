@@ -285,8 +285,12 @@ def test_the_published_stage_looks_like_the_material_in_memory(preset, tmp_path,
     inputs["normalization"] = list(material.normalization)
     scale = tuple(1000 / mm for mm in material.weave.repeat_mm)
     from weaveusd.render.bsdf import cloth_bsdf_dict
+    from weaveusd.render.gain import albedos
 
-    in_memory = cloth_bsdf_dict(material.textures.whole(), inputs, scale)
+    arrays = dict(material.textures.whole())
+    gains = [yarn.gain for yarn in material.measured]
+    arrays["base_color"] = albedos(arrays["base_color"], arrays["yarn_id"], gains, len(gains))
+    in_memory = cloth_bsdf_dict(arrays, inputs, scale)
     monkeypatch.setattr(
         "weaveusd.render.cloth.translate", lambda shader, time, losses: (in_memory, "st")
     )

@@ -18,7 +18,7 @@ from weaveusd.contract import (
     SHADER_FILES,
     SHADER_UV_SCALE,
     SHADER_VARNAME,
-    SHADER_YARN_INPUTS,
+    SHADER_YARN_ARRAYS,
     YARN_API,
     YARN_ATTRIBUTES,
 )
@@ -103,7 +103,7 @@ def test_sdr_learns_the_exact_shader_with_its_types():
              for name in node.GetShaderInputNames()}  # fmt: skip
     names = Sdf.ValueTypeNames
     expected = dict.fromkeys(SHADER_FILES, names.Asset)
-    expected |= dict.fromkeys(SHADER_YARN_INPUTS, names.FloatArray)
+    expected |= dict.fromkeys(SHADER_YARN_ARRAYS, names.FloatArray)
     expected |= {SHADER_UV_SCALE: names.Float2, SHADER_VARNAME: names.String}
     assert types == expected
     assert list(node.GetShaderOutputNames()) == ["surface"]

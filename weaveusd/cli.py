@@ -190,6 +190,9 @@ def publish(
     _say(f"  material  {asset.material}")
     for finding in done.findings:
         _say(f"  {finding['status']:<5} {finding['code']}: {finding['message']}")
+    for yarn in done.colors_out_of_reach:
+        color, reached = (_color(yarn[key]) for key in ("color", "reached"))
+        _say(f"  note  {yarn['yarn']} is {color}; its fibres reach {reached} in this weave")
 
 
 @app.command()
@@ -300,6 +303,10 @@ def _pair(option: str, text: str | None, number: str) -> tuple[float, float] | N
     if found is None:
         raise typer.BadParameter(f"{option}: found {text!r}, expected two numbers such as 4x3")
     return float(found[1]), float(found[2])
+
+
+def _color(components: list[float]) -> str:
+    return "(" + ", ".join(f"{c:.2f}" for c in components) + ")"
 
 
 def _fail(message: str, error: BaseException, status: int, *, debug: bool) -> int:

@@ -98,9 +98,18 @@ SHADER_YARN_INPUTS: dict[str, str] = {
     "gamma_s": "width of the surface lobe in radians",
     "gamma_v": "width of the volume lobe in radians",
     "tau": "share of the volume lobe that leaves on the other side, 0…1",
-    "normalization": "N_V, the factor that makes the base color an albedo",
+    "normalization": "N_V, the factor that makes A an albedo",
 }
-"""Inputs of type float[], one value a yarn, in the order of the yarn ids."""
+"""The optics, inputs of type float[], one value a yarn, in the order of the yarn ids."""
+
+SHADER_ALBEDO_GAIN = "albedo_gain"
+"""float[]: factors from the base color to A. Assets of older versions lack it; it is 1 there."""
+
+SHADER_YARN_ARRAYS: dict[str, str] = {
+    **SHADER_YARN_INPUTS,
+    SHADER_ALBEDO_GAIN: "factor from the base color to A, the fibre's albedo, which stays within 1",
+}
+"""Every input with one value a yarn."""
 
 SHADER_UV_SCALE = "uv_scale"
 """float2: repeats of the cloth in one unit of st. As published, st is in metres."""
@@ -187,7 +196,12 @@ YARN_ATTRIBUTES: tuple[Attribute, ...] = (
     Attribute("width", "double", "mm", "width of the yarn in the cloth", (0.0, None)),
     Attribute("height", "double", "mm", "thickness of the yarn in the cloth", (0.0, None)),
     Attribute("crimp", "double", "1", "arc length over chord, less one", (0.0, None)),
-    Attribute("color", "color3f", "1", "albedo in weave:colorSpace", (0.0, 1.0)),
+    Attribute("color", "color3f", "1",
+              "color of the yarn in weave:colorSpace, as d/8° finds it, specular excluded",
+              (0.0, 1.0)),
+    Attribute("colorReached", "color3f", "1",
+              "color that the exact shader shows, darker where an albedo of 1 is too little",
+              (0.0, 1.0)),
     Attribute("eta", "double", "1", "index of refraction", (1.0, 3.0)),
     Attribute("kD", "double", "1", "isotropic share of the volume lobe", (0.0, 1.0)),
     Attribute("kS", "double", "1", "scale of the surface lobe", (0.0, 1.0)),
@@ -195,6 +209,9 @@ YARN_ATTRIBUTES: tuple[Attribute, ...] = (
     Attribute("gammaV", "double", "rad", "width of the volume lobe", (0.0, None)),
     Attribute("tau", "double", "1", "transmitted share of the volume lobe", (0.0, 1.0)),
     Attribute("normalization", "double", "1", "N_V, from the other numbers", (0.0, None)),
+    Attribute("albedoGain", "double", "1",
+              "factor from the color to the fibre's albedo, for which the woven yarn has its color",
+              (0.0, None)),
 )  # fmt: skip
 
 # --- Files of an asset --------------------------------------------------------------------------

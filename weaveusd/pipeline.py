@@ -35,11 +35,16 @@ _WRITING = 0.85
 
 @dataclass(frozen=True, slots=True)
 class Publication:
-    """What `publish` did: the asset, its findings as JSON types, and how long it took."""
+    """What `publish` did: the asset, its findings as JSON types, and how long it took.
+
+    `colors_out_of_reach` tells of every yarn that is lighter than its fibres can make it in this
+    weave: `yarn`, its `color`, and the color `reached`, linear in the asset's color space.
+    """
 
     asset: PublishedAsset
     findings: list[dict[str, Any]]
     seconds: float
+    colors_out_of_reach: list[dict[str, Any]]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the publication as JSON types."""
@@ -47,6 +52,7 @@ class Publication:
             **self.asset.as_dict(),
             "seconds": round(self.seconds, 3),
             "findings": self.findings,
+            "colors_out_of_reach": self.colors_out_of_reach,
         }
 
 
@@ -152,7 +158,9 @@ def publish(
 
     asset = publish_asset(Path(root), name, write, check, version)
     tell(1.0)
-    return Publication(asset, findings, time.perf_counter() - started)
+    return Publication(
+        asset, findings, time.perf_counter() - started, _colors_out_of_reach(material)
+    )
 
 
 def read_recipe(*, preset: str | None, recipe: PathLike | None) -> Recipe:
@@ -268,6 +276,18 @@ def _color_space(name: str) -> ColorSpace:
         if name == known:
             return known
     raise InputError(f"color space: found {name!r}, expected {' or '.join(COLOR_SPACES)}")
+
+
+def _colors_out_of_reach(material: ClothMaterial) -> list[dict[str, Any]]:
+    return [
+        {
+            "yarn": yarn.name,
+            "color": [round(c, 6) for c in yarn.color],
+            "reached": [round(c, 6) for c in measured.reached],
+        }
+        for yarn, measured in zip(material.weave.yarns, material.measured, strict=True)
+        if measured.reached != yarn.color
+    ]
 
 
 def _recipe_finding(message: str) -> dict[str, Any]:

@@ -7,6 +7,7 @@ import numpy as np
 from weaveusd.cloth.model import Floats, Weave
 from weaveusd.contract import CHANNELS, GAP
 from weaveusd.shading.material import ClothMaterial, Provenance, StandardFit
+from weaveusd.shading.measured import Measured
 from weaveusd.synth.model import Band, TextureSet
 from weaveusd.yarn.model import Optics, System, Yarn
 
@@ -111,6 +112,7 @@ def cloth(name: str = "plain", *, title: str = "Plain weave", size: int = 32) ->
         weave=plain_weave(),
         textures=texture_set(size, size * 3 // 2),
         normalization=(1.8608, 1.75),
+        measured=(Measured(1.5, (0.2, 0.2, 0.1)), Measured(1.25, (0.3, 0.25, 0.125))),
         fit=FIT,
         yarn_fits=(FIT, FIT),
         provenance=Provenance(

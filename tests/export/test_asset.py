@@ -21,7 +21,7 @@ from weaveusd.contract import (
     CLOTH_ATTRIBUTES,
     CLOTH_SHADER_ID,
     SHADER_FILES,
-    SHADER_YARN_INPUTS,
+    SHADER_YARN_ARRAYS,
     YARN_API,
     YARN_ATTRIBUTES,
 )
@@ -287,7 +287,7 @@ def test_the_exact_shader_names_its_textures_and_the_optics_of_each_yarn(materia
     assert shader.GetShaderId() == CLOTH_SHADER_ID
     for name, file in SHADER_FILES.items():
         assert shader.GetInput(name).Get().path == f"./textures/{file}"
-    for name in SHADER_YARN_INPUTS:
+    for name in SHADER_YARN_ARRAYS:
         assert len(shader.GetInput(name).Get()) == 2
     assert list(shader.GetInput("normalization").Get()) == pytest.approx([1.8608, 1.75])
 

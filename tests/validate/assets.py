@@ -17,6 +17,7 @@ from weaveusd.contract import GAP
 from weaveusd.export.asset import write_asset
 from weaveusd.export.manifest import list_files, write_manifest
 from weaveusd.shading.material import ClothMaterial, Provenance, StandardFit
+from weaveusd.shading.measured import Measured
 from weaveusd.synth.model import Band, TextureSet
 from weaveusd.yarn.model import RGB, Optics, System, Yarn
 
@@ -189,6 +190,7 @@ def cloth(
         weave=weave,
         textures=TextureSet(width, height, repeat_mm, 7, band),
         normalization=(1.8608, 1.75),
+        measured=(Measured(1.5, yarns[0].color), Measured(1.25, yarns[1].color)),
         fit=FIT,
         yarn_fits=(FIT, FIT),
         provenance=PROVENANCE,

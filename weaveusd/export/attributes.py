@@ -67,7 +67,6 @@ def yarn_values(material: ClothMaterial) -> dict[str, dict[str, Value]]:
     crimps = measures.crimps(material.weave)
     result: dict[str, dict[str, Value]] = {}
     for index, (name, yarn) in enumerate(zip(names, yarns, strict=True)):
-        red, green, blue = yarn.color
         result[name] = {
             "id": index + 1,
             "system": yarn.system,
@@ -86,7 +85,8 @@ def yarn_values(material: ClothMaterial) -> dict[str, dict[str, Value]]:
             "width": tidy(yarn.width_mm),
             "height": tidy(yarn.height_mm),
             "crimp": tidy(crimps[index]),
-            "color": (tidy(red), tidy(green), tidy(blue)),
+            "color": _color(yarn.color),
+            "colorReached": _color(material.measured[index].reached),
             "eta": tidy(yarn.optics.eta),
             "kD": tidy(yarn.optics.k_d),
             "kS": tidy(yarn.optics.k_s),
@@ -94,6 +94,7 @@ def yarn_values(material: ClothMaterial) -> dict[str, dict[str, Value]]:
             "gammaV": tidy(yarn.optics.gamma_v),
             "tau": tidy(yarn.optics.tau),
             "normalization": tidy(material.normalization[index]),
+            "albedoGain": tidy(material.measured[index].gain),
         }
     return result
 
@@ -101,6 +102,11 @@ def yarn_values(material: ClothMaterial) -> dict[str, dict[str, Value]]:
 def tidy(value: float) -> float:
     """Return `value` to nine significant digits, as a person would want to read it."""
     return float(f"{value:.9g}")
+
+
+def _color(color: tuple[float, float, float]) -> tuple[float, float, float]:
+    red, green, blue = color
+    return tidy(red), tidy(green), tidy(blue)
 
 
 def _text(text: str) -> str:

@@ -11,7 +11,7 @@ from weaveusd.contract import (
     SHADER_FILES,
     SHADER_UV_SCALE,
     SHADER_VARNAME,
-    SHADER_YARN_INPUTS,
+    SHADER_YARN_ARRAYS,
     TEXTURE_DIR,
 )
 from weaveusd.export.attributes import tidy
@@ -31,7 +31,7 @@ def define_mitsuba_network(
 ) -> None:
     """Define the exact cloth shader on `outputs:mitsuba:surface` of `material`.
 
-    `optics` holds a value for each yarn under each name of `contract.SHADER_YARN_INPUTS`.
+    `optics` holds a value for each yarn under each name of `contract.SHADER_YARN_ARRAYS`.
     The input of the base color states `color_space`, unless it is Rec.709, which is meant
     where none is stated.
 
@@ -40,8 +40,8 @@ def define_mitsuba_network(
     ValueError
         `material` lacks the public inputs of texture coordinates, or `optics` an input.
     """
-    if set(optics) != set(SHADER_YARN_INPUTS):
-        raise ValueError(f"expected the optics {sorted(SHADER_YARN_INPUTS)}, got {sorted(optics)}")
+    if set(optics) != set(SHADER_YARN_ARRAYS):
+        raise ValueError(f"expected the optics {sorted(SHADER_YARN_ARRAYS)}, got {sorted(optics)}")
     if len({len(values) for values in optics.values()}) != 1:
         raise ValueError("expected as many values of every optic as there are yarns")
     inputs: dict[str, tuple[str, object]] = {
@@ -50,7 +50,7 @@ def define_mitsuba_network(
     }
     for name, file in SHADER_FILES.items():
         inputs[name] = ("asset", f"./{TEXTURE_DIR}/{file}")
-    for name in SHADER_YARN_INPUTS:
+    for name in SHADER_YARN_ARRAYS:
         inputs[name] = ("float[]", [tidy(value) for value in optics[name]])
     surface = define_shader(
         material, "MitsubaSurface", CLOTH_SHADER_ID, inputs, ("surface", "token")
@@ -62,7 +62,7 @@ def define_mitsuba_network(
 
 
 def optics_of(material: ClothMaterial) -> dict[str, tuple[float, ...]]:
-    """Return the values of `contract.SHADER_YARN_INPUTS`, in the order of the yarn ids."""
+    """Return the values of `contract.SHADER_YARN_ARRAYS`, in the order of the yarn ids."""
     yarns = material.weave.yarns
     return {
         "eta": tuple(yarn.optics.eta for yarn in yarns),
@@ -72,4 +72,5 @@ def optics_of(material: ClothMaterial) -> dict[str, tuple[float, ...]]:
         "gamma_v": tuple(yarn.optics.gamma_v for yarn in yarns),
         "tau": tuple(yarn.optics.tau for yarn in yarns),
         "normalization": material.normalization,
+        "albedo_gain": tuple(yarn.gain for yarn in material.measured),
     }

@@ -12,6 +12,7 @@ from weaveusd.color_space import texels_to_rec709
 from weaveusd.errors import StageError
 from weaveusd.render import textures
 from weaveusd.render.bsdf import packed_bsdf_dict
+from weaveusd.render.gain import albedos
 from weaveusd.render.model import Losses
 from weaveusd.render.optics import yarn_table
 from weaveusd.render.packing import PACKED_CHANNELS, pack
@@ -51,8 +52,13 @@ def translate(
         raise StageError(f"{path}.inputs:{contract.SHADER_UV_SCALE}: is {scale}, expected float2")
     arrays = {name: _channel(shader, name, time) for name in PACKED_CHANNELS}
     arrays["base_color"] = _rec709(shader, arrays["base_color"], losses)
+    gains = _value(shader, contract.SHADER_ALBEDO_GAIN, time)
     try:
         optics = yarn_table(inputs)
+        if gains is not None:
+            arrays["base_color"] = albedos(
+                arrays["base_color"], arrays["yarn_id"], gains, optics.shape[1]
+            )
         packed, mended = pack(arrays, optics.shape[1], np.float16)  # files hold no more
         bsdf = packed_bsdf_dict(packed, optics, (float(scale[0]), float(scale[1])))
     except ValueError as error:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from weaveusd.cloth.model import Weave
     from weaveusd.contract import ColorSpace
+    from weaveusd.shading.measured import Measured
     from weaveusd.synth.model import TextureSet
 
 
@@ -41,14 +42,16 @@ class Provenance:
 class ClothMaterial:
     """A cloth ready for export.
 
-    `normalization` and `yarn_fits` hold N_V and the standard shaders' parameters for each yarn
-    of `weave.yarns`, in order; `fit` those of all together, for shaders without textures.
+    `normalization`, `measured` and `yarn_fits` hold N_V, the gain of the albedo and the standard
+    shaders' parameters for each yarn of `weave.yarns`, in order; `fit` those of all together, for
+    shaders without textures.
     """
 
     name: str
     weave: Weave
     textures: TextureSet
     normalization: tuple[float, ...]
+    measured: tuple[Measured, ...]
     fit: StandardFit
     yarn_fits: tuple[StandardFit, ...]
     provenance: Provenance

@@ -10,6 +10,7 @@ import numpy as np
 
 from weaveusd.shading.fresnel import reflectance
 from weaveusd.shading.material import ClothMaterial, Provenance, StandardFit
+from weaveusd.shading.measured import measured
 from weaveusd.shading.normalization import normalization
 
 if TYPE_CHECKING:
@@ -22,14 +23,21 @@ ALPHA_ACROSS = 0.8
 
 
 def shade(name: str, weave: Weave, textures: TextureSet, provenance: Provenance) -> ClothMaterial:
-    """Return the material of `weave`: N_V of every yarn and the standard shaders' fit."""
+    """Return the material of `weave`: N_V and gain of every yarn and the standard shaders' fit."""
     n_v = tuple(
         normalization(o.eta, o.k_d, o.k_s, o.gamma_s, o.gamma_v)
         for o in (yarn.optics for yarn in weave.yarns)
     )
     fits = tuple(fit(yarn.optics) for yarn in weave.yarns)
     return ClothMaterial(
-        name, weave, textures, n_v, together(fits, shares(weave)), fits, provenance
+        name,
+        weave,
+        textures,
+        n_v,
+        measured(weave, textures),
+        together(fits, shares(weave)),
+        fits,
+        provenance,
     )
 
 

@@ -16,6 +16,7 @@ OPEN_LIMITS: dict[str, tuple[float, float]] = {
     "gammaS": (0.0, math.pi / 2),
     "gammaV": (0.0, math.pi / 2),
     "normalization": (0.0, math.inf),
+    "albedoGain": (0.0, math.inf),
 }
 """Limits that a number may not even touch: at an index of 1 nothing reflects, a lobe of no
 width is a mirror, and a volume lobe of no weight has no color."""

@@ -14,7 +14,7 @@ from weaveusd.contract import (
     SHADER_FILES,
     SHADER_UV_SCALE,
     SHADER_VARNAME,
-    SHADER_YARN_INPUTS,
+    SHADER_YARN_ARRAYS,
     TEXTURE_DIR,
 )
 from weaveusd.validate.model import Finding, Status
@@ -34,7 +34,7 @@ VALUE = Code(
 
 TYPES: dict[str, str] = {
     **dict.fromkeys(SHADER_FILES, "asset"),
-    **dict.fromkeys(SHADER_YARN_INPUTS, "float[]"),
+    **dict.fromkeys(SHADER_YARN_ARRAYS, "float[]"),
     SHADER_UV_SCALE: "float2",
     SHADER_VARNAME: "string",
 }
@@ -48,6 +48,7 @@ ATTRIBUTES = {
     "gamma_v": "gammaV",
     "tau": "tau",
     "normalization": "normalization",
+    "albedo_gain": "albedoGain",
 }
 """The yarn attribute that says the same as an array of the shader."""
 
@@ -89,7 +90,7 @@ def _judge_input(asset: OpenAsset, prim: Usd.Prim, name: str, kind: str) -> Iter
         expected = f"./{TEXTURE_DIR}/{SHADER_FILES[name]}"
         if isinstance(value, Sdf.AssetPath) and not value.path.endswith(expected[1:]):
             yield FILE(f"is @{value.path}@, expected @{expected}@", path)
-    elif name in SHADER_YARN_INPUTS:
+    elif name in SHADER_YARN_ARRAYS:
         if len(value) != len(asset.yarns):
             yield LENGTH(f"has {len(value)} values, expected {len(asset.yarns)}, one a yarn", path)
             return
