@@ -44,7 +44,6 @@ _OPERATIONS: dict[str, tuple[str, tuple[tuple[str, float], ...]]] = {
     "cos": ("cos", (("in", 0),)),
     "luminance": ("luminance", (("in", 0),)),
     "normalize": ("normalize", (("in", 0),)),
-    "crossproduct": ("cross", (("in1", 0), ("in2", 0))),
 }
 
 # Operation, and the first value by default; the second is 0.
@@ -59,6 +58,7 @@ def readers() -> dict[str, Reader]:
     """Return the readers of all nodes that are carried, by `info:id`."""
     found: dict[str, Reader] = {
         "ND_place2d_vector2": mtlx_images.place2d,
+        "ND_crossproduct_vector3": _operation("cross", (("in1", 0), ("in2", 0)), 3),
         "ND_rotate2d_vector2": _rotate2d,
         "ND_rotate3d_vector3": _rotate3d,
         "ND_dotproduct_vector2": _dot(2),
