@@ -55,13 +55,17 @@ def resolved(asset: Any, where: str) -> str:
     Raises
     ------
     StageError
-        When there is none, or no such file; the message starts with `where`.
+        When there is none, no such file, or a pipe or device, which might be read forever; the
+        message starts with `where`.
     """
     if not isinstance(asset, Sdf.AssetPath) or not asset.path:
         raise StageError(f"{where}: names no file")
-    if not asset.resolvedPath:
+    path = str(asset.resolvedPath)
+    if not path:
         raise StageError(f"{where}: {asset.path} is not found")
-    return str(asset.resolvedPath)
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise StageError(f"{where}: {asset.path} is no regular file")
+    return path
 
 
 def read_image(path: str, where: str, *, most_bytes: int | None = None) -> Image:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -249,6 +250,13 @@ def test_a_dome_whose_picture_cannot_be_read_has_one_color(
     assert found == pytest.approx(np.pi, rel=0.01)
     assert len(losses) == 1
     assert said in losses[0]
+
+
+def test_a_pipe_is_not_waited_for(mi: Any, tmp_path: Path) -> None:
+    stage = card(tmp_path)
+    os.mkfifo(tmp_path / "dome.exr")
+    add_dome(stage).CreateTextureFileAttr("./dome.exr")
+    assert "./dome.exr is no regular file" in irradiance(stage, 1)[1][0]
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 2), (2, 1), (3, 7)])

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -156,6 +157,21 @@ def test_a_file_too_large_is_not_read(tmp_path: Path) -> None:
         out.truncate(ies.MAX_BYTES + 1)
     with pytest.raises(StageError, match="bytes, at most"):
         ies.read_profile(str(file), "/Light")
+
+
+def test_an_empty_file_is_no_profile(tmp_path: Path) -> None:
+    (tmp_path / "empty.ies").touch()
+    with pytest.raises(StageError, match="lacks the line TILT="):
+        ies.read_profile(str(tmp_path / "empty.ies"), "/Light")
+
+
+def test_a_pipe_is_not_waited_for(mi: Any, tmp_path: Path) -> None:
+    stage, _ = lamp(tmp_path, text())
+    (tmp_path / "lamp.ies").unlink()
+    os.mkfifo(tmp_path / "lamp.ies")
+    _, losses = irradiance(stage, 1)
+    where = "/World/Light.inputs:shaping:ies:file"
+    assert losses == [f"/World/Light: {where}: ./lamp.ies is no regular file (dropped)"]
 
 
 def test_a_broken_profile_leaves_the_lamp_its_light(mi: Any, tmp_path: Path) -> None:

@@ -72,7 +72,7 @@ def read_profile(path: str, where: str) -> Profile:
         raise StageError(f"{where}: {path} cannot be opened")
     if asset.GetSize() > MAX_BYTES:
         raise StageError(f"{where}: {path} has {asset.GetSize()} bytes, at most {MAX_BYTES}")
-    text = bytes(asset.GetBuffer()).decode("latin-1")
+    text = bytes(asset.GetBuffer() or b"").decode("latin-1")  # an empty file has no buffer
     try:
         return parse(text)
     except ValueError as error:
