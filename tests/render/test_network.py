@@ -84,6 +84,19 @@ def loose_end(stage: Any) -> None:
     )
 
 
+def empty_graph(stage: Any) -> None:
+    graph = UsdShade.NodeGraph.Define(stage, "/World/Look/Graph")
+    matte(stage, graph.CreateOutput("out", TYPES.Color3f))
+
+
+def no_shader(stage: Any) -> None:
+    prim = stage.DefinePrim("/World/Look/Thing", "Xform")
+    prim.CreateAttribute("outputs:out", TYPES.Color3f)
+    matte(stage, (0, 0, 0)).GetInput("base_color").GetAttr().SetConnections(
+        [Sdf.Path("/World/Look/Thing.outputs:out")]
+    )
+
+
 def no_number(stage: Any) -> None:
     shader = matte(stage, (0, 0, 0))
     stage.RemovePrim("/World/Look/Surface.inputs:base_color")
@@ -113,7 +126,12 @@ def too_long(stage: Any) -> None:
         (in_circle, "feeds itself"),
         (graphs_in_circle, "is connected in a circle"),
         (loose_end, "is connected to /World/Look/Gone.outputs:out, which is not"),
-        (no_number, "is a string, expected one to four numbers"),
+        (empty_graph, "/World/Look/Graph.outputs:out is connected to nothing"),
+        (no_shader, "/World/Look/Thing feeds it and is no shader"),
+        (
+            no_number,
+            "/World/Look/Surface: inputs:base_color is a string, expected one to four numbers",
+        ),
         (not_finite, "expected finite numbers"),
         (absurd, "expected finite numbers"),
         (too_long, "more than 48 nodes feed each other"),
@@ -131,6 +149,14 @@ def test_a_broken_input_is_a_loss_and_its_default(
     if broken not in (in_circle, too_long):
         assert found.mean() == pytest.approx(FALLBACK, rel=0.02)
     assert capfd.readouterr().err == ""
+
+
+def test_metal_is_not_transparent(mi: Any, stage: Any) -> None:
+    surface(
+        stage, "ND_open_pbr_surface_surfaceshader", transmission_weight=("float", 1.0),
+        base_metalness=("float", 1.0), base_color=("color3f", (0.2, 0.2, 0.2)),
+    )  # fmt: skip
+    assert quadrants(stage)[0].mean() == pytest.approx(0.2, abs=0.02)
 
 
 def test_shared_nodes_are_computed_once(mi: Any, stage: Any) -> None:

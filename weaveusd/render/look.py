@@ -68,7 +68,9 @@ def _bsdf(surface: Surface, fields: Fields, uv: str | None) -> tuple[dict[str, A
     if surface.transmission.numbers == (0.0,):
         return layered, opaque
     front = {"type": "twosided", "bsdf": layered} if opaque else layered
-    weight = fields.apply("clamp", surface.transmission, fields.constant(0), fields.constant(1))
+    dielectric = fields.apply("invert", surface.metalness, fields.constant(1))
+    weight = fields.apply("multiply", surface.transmission, dielectric)
+    weight = fields.apply("clamp", weight, fields.constant(0), fields.constant(1))
     return {
         "type": "blendbsdf",
         "weight": texture_of(weight, uv),

@@ -58,7 +58,7 @@ class Network:
             else:
                 found = self._constant(source.attribute)
         except StageError as error:
-            self.losses.dropped(node.GetPrim(), str(error))
+            self._lost(node, error)
             return default
         return default if found is None else self.fields.resized(found, default.width)
 
@@ -114,7 +114,7 @@ class Network:
         try:
             return reader(self, node, output)
         except StageError as error:
-            self.losses.dropped(node.GetPrim(), str(error))
+            self._lost(node, error)
             return None
 
     def value(self, node: UsdShade.Shader, name: str, fallback: Any) -> Any:
@@ -122,7 +122,7 @@ class Network:
         try:
             source = source_of(node.GetInput(name))
         except StageError as error:
-            self.losses.dropped(node.GetPrim(), str(error))
+            self._lost(node, error)
             return fallback
         if source is None:
             return fallback
@@ -151,6 +151,10 @@ class Network:
         except StageError:
             return False
         return source is not None and source.node is not None
+
+    def _lost(self, node: UsdShade.Shader, error: StageError) -> None:
+        """Report an error at the node, whose path its words need not repeat."""
+        self.losses.dropped(node.GetPrim(), str(error).replace(f"{node.GetPath()}.", ""))
 
     def _constant(self, attribute: Usd.Attribute) -> Field | None:
         """Return a value as a constant, a color in linear Rec.709; None where there is none."""

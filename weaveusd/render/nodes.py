@@ -44,13 +44,18 @@ def source_of(given: Any) -> Source | None:
         seen.add(attribute.GetPath())
         targets = attribute.GetConnections()
         if not targets:
+            if UsdShade.Output.IsOutput(attribute) and len(seen) > 1:
+                raise StageError(f"{attribute.GetPath()} is connected to nothing")
             return Source(attribute)
         target = stage.GetAttributeAtPath(targets[0])
         if not target:
             raise StageError(f"{attribute.GetPath()} is connected to {targets[0]}, which is not")
         attribute = target
         if UsdShade.Output.IsOutput(target) and not UsdShade.NodeGraph(target.GetPrim()):
-            return Source(target, UsdShade.Shader(target.GetPrim()) or None)
+            shader = UsdShade.Shader(target.GetPrim())
+            if not shader:
+                raise StageError(f"{target.GetPrim().GetPath()} feeds it and is no shader")
+            return Source(target, shader)
 
 
 def node_value(node: UsdShade.Shader, name: str, time: Usd.TimeCode) -> Any:

@@ -97,8 +97,9 @@ class Rasters:
         self, attribute: Usd.Attribute, path: str, time: Usd.TimeCode, space: str, where: str
     ) -> Raster:
         stack = attribute.GetPropertyStack(time)
-        layer = next(s.layer for s in stack if s.HasDefaultValue() or s.HasInfo("timeSamples"))
-        found = UsdShade.UdimUtils.ResolveUdimTilePaths(path, layer)
+        said = (s.layer for s in stack if s.HasDefaultValue() or s.HasInfo("timeSamples"))
+        layer = next(said, None)
+        found = UsdShade.UdimUtils.ResolveUdimTilePaths(path, layer) if layer else ()
         if not found:
             raise StageError(f"{where}: {path} is not found")
         files = {_cell(str(tile)): str(file) for file, tile in found}
