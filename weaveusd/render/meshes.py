@@ -137,12 +137,12 @@ def _refined(
     except UnreadableError as reason:
         losses.approximated(prim, f"is shown as its control cage: {reason}")
         return None
-    triangles = cage.triangles()
+    limit, triangles = cage.carry_vertices(points), cage.triangles()
     hidden |= cage.hidden
     return Surface(
-        cage.carry_vertices(points), cage.corners(), counts.size,
+        limit, cage.corners(), counts.size,
         Triangles(triangles[:, ::-1] if reverse else triangles, cage.face_of_triangles()),
-        cage.normals(points, reverse), cage.spread,
+        cage.normals(limit, reverse), cage.spread,
     )  # fmt: skip
 
 

@@ -96,11 +96,13 @@ def per_corner(
 
 def split(triangles: Triangles, indices: Indices, values: Mapping[str, Doubles]) -> SplitMesh:
     """Return the mesh with one vertex for every distinct point and corner values."""
-    used = np.unique(triangles.corners)
+    used = _marked(triangles.corners, indices.size)
     shared = _one_corner_a_point(used, indices)
     if all(np.array_equal(v[used], v[shared[indices[used]]]) for v in values.values()):
-        points, vertices = np.unique(indices[triangles.corners], return_inverse=True)
-        return SplitMesh(shared[points], vertices.reshape(-1, 3))
+        points = _marked(indices[triangles.corners], len(shared))
+        vertex_of = np.zeros(len(shared), np.int64)
+        vertex_of[points] = np.arange(points.size)
+        return SplitMesh(shared[points], vertex_of[indices[triangles.corners]])
     columns = [indices[used].astype(np.float64)[:, None]]
     columns += [np.asarray(v, np.float64)[used] for v in values.values()]
     table = np.ascontiguousarray(np.concatenate(columns, axis=1) + 0.0)  # no negative zeros
@@ -113,6 +115,13 @@ def split(triangles: Triangles, indices: Indices, values: Mapping[str, Doubles])
     vertex_of = np.full(indices.size, -1, np.int64)
     vertex_of[used] = rank[inverse]
     return SplitMesh(used[first[order]], vertex_of[triangles.corners])
+
+
+def _marked(numbers: Indices, size: int) -> Indices:
+    """Return which of the numbers below `size` occur, in order."""
+    found = np.zeros(size, bool)
+    found[numbers] = True
+    return np.flatnonzero(found)
 
 
 def _one_corner_a_point(used: Indices, indices: Indices) -> Indices:

@@ -57,13 +57,13 @@ class Cage:
         return self.refined.carry(values, smooth=True)
 
     def normals(self, points: Doubles, reverse: bool) -> Doubles:
-        """Return unit normals of the limit at the refined corners, (C, 3).
+        """Return unit normals at the refined corners, (C, 3), of refined points on the limit.
 
         Each is the mean over the faces of its vertex that no sharp edge parts from it, weighed
         by their angles' sines; authored normals have no place on a subdivision surface.
         """
         topology = self.refined.topology
-        placed = self.carry_vertices(points)[topology.corners]
+        placed = points[topology.corners]
         ahead = placed[topology.following] - placed
         behind = placed[topology.preceding] - placed
         own = np.cross(ahead, behind)
