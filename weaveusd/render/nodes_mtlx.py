@@ -8,7 +8,7 @@ from weaveusd.errors import StageError
 from weaveusd.render import mtlx_directions, mtlx_images
 from weaveusd.render.fields import Field
 from weaveusd.render.network import Network, Reader
-from weaveusd.render.nodes_usd import primvar
+from weaveusd.render.nodes_usd import primvar, primvar_reader
 
 WIDTHS = {
     "float": 1, "integer": 1, "boolean": 1, "vector2": 2,
@@ -96,7 +96,7 @@ def _typed(kind: str, width: int) -> dict[str, Reader]:
         "dot": _single("in", width),
         "image": mtlx_images.image(kind, width, tiled=False),
         "tiledimage": mtlx_images.image(kind, width, tiled=True),
-        "geompropvalue": _geompropvalue(width),
+        "geompropvalue": primvar_reader(width, "geomprop", "default"),
         "extract": _extract(width),
         "switch": _switch(width),
         "ramplr": mtlx_images.ramp(width, "valuel", "valuer", 0),
@@ -159,18 +159,6 @@ def _rotate3d(net: Network, node: UsdShade.Shader, output: str) -> Field:
 
 def _geomcolor(net: Network, node: UsdShade.Shader, output: str) -> Field:
     return primvar(net, "displayColor", net.fields.constant(0, 0, 0))
-
-
-def _geompropvalue(width: int) -> Reader:
-    def read(net: Network, node: UsdShade.Shader, output: str) -> Field:
-        name = net.text(node, "geomprop", "")
-        if not name:
-            raise StageError("geompropvalue names no primvar")
-        if width == 4:
-            net.losses.approximated(node.GetPrim(), f"fourth component of primvar {name} is 1")
-        return primvar(net, name, net.input(node, "default", (0,) * width))
-
-    return read
 
 
 def _combine(widths: tuple[int, ...]) -> Reader:

@@ -33,11 +33,13 @@ def readers() -> dict[str, Reader]:
         "ND_UsdUVTexture_23": _mtlx_texture,
         "UsdTransform2d": transform,
         "ND_UsdTransform2d": transform,
-        "UsdPrimvarReader_float4": _reader(4),
-        "ND_UsdPrimvarReader_vector4": _reader(4),
+        "UsdPrimvarReader_float4": primvar_reader(4),
+        "ND_UsdPrimvarReader_vector4": primvar_reader(4),
     }
-    found |= {f"UsdPrimvarReader_{kind}": _reader(width) for kind, width in _READERS.items()}
-    found |= {f"ND_UsdPrimvarReader_{k}": _reader(width) for k, width in _MTLX_READERS.items()}
+    found |= {f"UsdPrimvarReader_{kind}": primvar_reader(width) for kind, width in _READERS.items()}
+    found |= {
+        f"ND_UsdPrimvarReader_{k}": primvar_reader(width) for k, width in _MTLX_READERS.items()
+    }
     return found
 
 
@@ -76,6 +78,20 @@ def wrap_of(net: Network, node: UsdShade.Shader, name: str, mode: str, instead: 
         return WRAPS[mode]
     net.losses.approximated(node.GetPrim(), f"unknown {name} {mode!r} is shown as {instead}")
     return instead
+
+
+def primvar_reader(width: int, named: str = "varname", instead: str = "fallback") -> Reader:
+    """Return the reader of a node whose inputs name a primvar and what stands in for it."""
+
+    def read(net: Network, node: UsdShade.Shader, output: str) -> Field:
+        name = net.text(node, named, "")
+        if not name:
+            raise StageError(f"inputs:{named} names no primvar")
+        if width == 4:
+            net.losses.approximated(node.GetPrim(), f"fourth component of primvar {name} is 1")
+        return primvar(net, name, net.input(node, instead, (0.0,) * width))
+
+    return read
 
 
 def primvar(net: Network, name: str, fallback: Field) -> Field:
@@ -118,15 +134,3 @@ def _texture(
         texel = fields.apply("multiply", texel, net.input(node, "scale", (1, 1, 1, 1)))
         texel = fields.apply("add", texel, net.input(node, "bias", (0, 0, 0, 0)))
     return fields.pick(texel, *CHANNELS[output])
-
-
-def _reader(width: int) -> Reader:
-    def read(net: Network, node: UsdShade.Shader, output: str) -> Field:
-        name = net.text(node, "varname", "")
-        if not name:
-            raise StageError("primvar reader names no primvar")
-        if width == 4:
-            net.losses.approximated(node.GetPrim(), f"fourth component of primvar {name} is 1")
-        return primvar(net, name, net.input(node, "fallback", (0.0,) * width))
-
-    return read
