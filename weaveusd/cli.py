@@ -7,22 +7,18 @@ for success and 2 for a mistake in the arguments.
 
 from __future__ import annotations
 
-import json
-import re
 import shlex
 import sys
-import time
 import traceback
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, NoReturn
 
 import typer
 
-from weaveusd import cli_draft, cli_lobes, cli_presets
+from weaveusd import cli_draft, cli_lobes, cli_presets, cli_publish
 from weaveusd._version import __version__
+from weaveusd.cli_output import Json, print_json, progress_bar, say
 from weaveusd.errors import WeaveusdError
 
 app = typer.Typer(
@@ -34,19 +30,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
-DraftFile = Annotated[Path, typer.Argument(metavar="DRAFT", help="A WIF file.")]
 StageFile = Annotated[Path, typer.Argument(metavar="STAGE", help="A USD file.")]
 
 
 DEBUG = "--debug"
-
-
-class ColorSpace(str, Enum):
-    """Space of the colors of a published asset."""
-
-    lin_rec709 = "lin_rec709"
-    acescg = "acescg"
 
 
 class Purpose(str, Enum):
@@ -107,92 +94,7 @@ def _root(
     pass
 
 
-@app.command()
-def publish(
-    draft: DraftFile,
-    root: Annotated[Path, typer.Option(help="Folder that holds all assets.")],
-    preset: Annotated[
-        str | None, typer.Option(help="Yarns and sett by name; see `weaveusd presets`.")
-    ] = None,
-    recipe: Annotated[
-        Path | None, typer.Option(help="Yarns and sett from a TOML file of yours.")
-    ] = None,
-    name: Annotated[
-        str | None, typer.Option(help="Name of the asset; else the draft's and the recipe's.")
-    ] = None,
-    resolution: Annotated[
-        int | None, typer.Option(help="Texels along the longer side of the patch; 1024.")
-    ] = None,
-    texels_per_mm: Annotated[
-        float | None, typer.Option(help="Texels a millimetre, instead.")
-    ] = None,
-    repeats: Annotated[
-        str | None, typer.Option(metavar="WxH", help="Repeats of the draft in the patch; 1x1.")
-    ] = None,
-    patch_mm: Annotated[
-        str | None, typer.Option(metavar="WxH", help="About how large the patch is, instead.")
-    ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of every irregularity.")] = 0,
-    color_space: Annotated[
-        ColorSpace, typer.Option(help="Linear space of the colors; acescg is the wider.")
-    ] = ColorSpace.lin_rec709,
-    version: Annotated[str, typer.Option(help="`next`, or one such as v003.")] = "next",
-    jobs: Annotated[
-        int | None, typer.Option(help="Threads that compute and encode; one a core.")
-    ] = None,
-    as_json: Json = False,
-) -> None:
-    """Publish a draft as a USD and MaterialX material asset, checked and at once."""
-    if (preset is None) == (recipe is None):
-        raise typer.BadParameter("expected --preset or --recipe, exactly one of them")
-    pair = _pair("--repeats", repeats, r"[1-9]\d{0,5}")
-    size = _pair("--patch-mm", patch_mm, r"\d{1,6}(?:\.\d{1,6})?")
-    from weaveusd import pipeline
-
-    started = time.perf_counter()
-    try:
-        with _progress(f"publishing {draft.name}") as progress:
-            done = pipeline.publish(
-                draft,
-                root=root,
-                preset=preset,
-                recipe=recipe,
-                name=name,
-                resolution=resolution,
-                texels_per_mm=texels_per_mm,
-                repeats=pair and (int(pair[0]), int(pair[1])),
-                patch_mm=size,
-                seed=seed,
-                color_space=color_space.value,
-                version=version,
-                jobs=jobs,
-                progress=progress,
-            )
-    except WeaveusdError as error:
-        if as_json:
-            _print_json(
-                {
-                    "status": "failed", "asset": name, "version": None, "entry": None,
-                    "material": None, "files": [], "error": str(error),
-                    "seconds": round(time.perf_counter() - started, 3),
-                    "findings": getattr(error, "findings", []),
-                }
-            )  # fmt: skip
-        raise
-    if as_json:
-        _print_json(done.as_dict())
-        return
-    asset = done.asset
-    megabytes = sum(f.bytes for f in asset.files) / 1e6
-    extent = f"{len(asset.files)} files, {megabytes:.1f} MB, {done.seconds:.1f} s"
-    _say(f"{asset.status} {asset.asset} {asset.version}: {extent}")
-    _say(f"  entry     {asset.entry}")
-    _say(f"  material  {asset.material}")
-    for finding in done.findings:
-        _say(f"  {finding['status']:<5} {finding['code']}: {finding['message']}")
-    for yarn in done.colors_out_of_reach:
-        color, reached = (_color(yarn[key]) for key in ("color", "reached"))
-        _say(f"  note  {yarn['yarn']} is {color}; its fibres reach {reached} in this weave")
+cli_publish.register(app)
 
 
 @app.command()
@@ -230,7 +132,7 @@ def render(
     """Render a stage with Mitsuba, cloth by its exact BSDF."""
     from weaveusd import pipeline
 
-    with _progress(f"rendering {stage.name}") as progress:
+    with progress_bar(f"rendering {stage.name}") as progress:
         result = pipeline.render(
             stage,
             output,
@@ -246,7 +148,7 @@ def render(
             progress=progress,
         )
     if as_json:
-        _print_json(
+        print_json(
             {
                 "output": str(output), "width": result.width, "height": result.height, "spp": spp,
                 "variant": result.variant, "seconds": round(result.seconds, 3),
@@ -254,9 +156,9 @@ def render(
             }
         )  # fmt: skip
         return
-    _say(f"rendered {output} in {result.seconds:.1f} s ({result.variant})")
+    say(f"rendered {output} in {result.seconds:.1f} s ({result.variant})")
     for loss in result.losses:
-        _say(f"  loss: {loss}")
+        say(f"  loss: {loss}")
 
 
 @app.command()
@@ -264,12 +166,12 @@ def validate(stage: StageFile, as_json: Json = False) -> None:
     """Judge a published asset from its files alone; exit 4 when it fails."""
     from weaveusd import pipeline
 
-    with _progress(f"validating {stage.name}") as progress:
+    with progress_bar(f"validating {stage.name}") as progress:
         report = pipeline.validate(stage, progress=progress)
     if as_json:
-        _print_json(report.as_dict())
+        print_json(report.as_dict())
     else:
-        _say(pipeline.report_text(report))
+        say(pipeline.report_text(report))
     if not report.passed:
         raise typer.Exit(4)
 
@@ -284,10 +186,10 @@ def env(as_json: Json = False) -> None:
 
     variables = pipeline.environment()
     if as_json:
-        _print_json(variables)
+        print_json(variables)
         return
     for key, value in variables.items():
-        _say(f"export {key}={shlex.quote(value)}${{{key}:+:${key}}}")
+        say(f"export {key}={shlex.quote(value)}${{{key}:+:${key}}}")
 
 
 cli_draft.register(app)
@@ -295,44 +197,8 @@ cli_presets.register(app)
 cli_lobes.register(app)
 
 
-def _pair(option: str, text: str | None, number: str) -> tuple[float, float] | None:
-    """Return the two numbers of a WxH; a usage error where it is none."""
-    if text is None:
-        return None
-    found = re.fullmatch(f"({number})[xX×]({number})", text, re.ASCII)
-    if found is None:
-        raise typer.BadParameter(f"{option}: found {text!r}, expected two numbers such as 4x3")
-    return float(found[1]), float(found[2])
-
-
-def _color(components: list[float]) -> str:
-    return "(" + ", ".join(f"{c:.2f}" for c in components) + ")"
-
-
 def _fail(message: str, error: BaseException, status: int, *, debug: bool) -> int:
     if debug:
         traceback.print_exception(error, file=sys.stderr)
     sys.stderr.write(f"weaveusd: {' '.join(message.splitlines())}\n")
     return status
-
-
-def _say(line: str) -> None:
-    sys.stdout.write(line + "\n")
-
-
-def _print_json(value: Any) -> None:
-    sys.stdout.write(json.dumps(value, indent=2, ensure_ascii=False) + "\n")
-
-
-@contextmanager
-def _progress(what: str) -> Iterator[Callable[[float], None] | None]:
-    """Show a bar on stderr while the body runs, where stderr is a terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=1.0)
-        yield lambda share: bar.update(task, completed=share)
