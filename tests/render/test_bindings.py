@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
-from tests.render.networks import card_stage, quadrants
-from tests.render.stages import add_mesh, preview_material
+from tests.render.networks import QUADRANTS, card_stage, large_texels, quadrants
+from tests.render.stages import add_mesh, add_texture, preview_material, write_image
 
 RED, GREEN = (0.8, 0.1, 0.1), (0.1, 0.8, 0.1)
 
@@ -99,3 +100,26 @@ def test_a_binding_counts_without_its_api(mi: Any, stage: Any, capfd: Any) -> No
     found, _ = quadrants(stage)
     assert found.mean(axis=(0, 1)) == pytest.approx(RED, rel=0.03)
     assert capfd.readouterr().err == ""
+
+
+def test_a_material_inside_an_instance_keeps_its_textures(
+    mi: Any, stage: Any, tmp_path: Path
+) -> None:
+    write_image(tmp_path / "map.exr", large_texels(QUADRANTS))
+    source = Usd.Stage.CreateNew(str(tmp_path / "asset.usda"))
+    root = source.DefinePrim("/Asset", "Xform")
+    source.SetDefaultPrim(root)
+    look, shader = preview_material(source, "/Asset/Look", ior=1.0)
+    add_texture(source, shader, "diffuseColor", "./map.exr")
+    card = add_mesh(source, "/Asset/Card")
+    UsdShade.MaterialBindingAPI.Apply(card.GetPrim()).Bind(look)
+    source.GetRootLayer().Save()
+    stage.RemovePrim("/World/Group")
+    for name, depth in (("One", 0.0), ("Two", -1.0)):
+        copy = UsdGeom.Xform.Define(stage, f"/World/{name}")
+        copy.AddTranslateOp().Set((0, 0, depth))
+        copy.GetPrim().GetReferences().AddReference("./asset.usda")
+        copy.GetPrim().SetInstanceable(True)
+    found, losses = quadrants(stage)
+    assert losses == []
+    np.testing.assert_allclose(found, QUADRANTS, atol=0.05)
