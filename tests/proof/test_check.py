@@ -30,6 +30,11 @@ def test_every_preset_keeps_every_law_at_every_angle():
     assert not faults(rows)
 
 
+def test_every_preset_keeps_every_law_with_gaussian_lobes():
+    rows = check.check(subjects(), check.QUICK_ANGLES, gaussian=True, samples=check.QUICK_SAMPLES)
+    assert not faults(rows)
+
+
 def test_light_that_passes_leaves_on_the_other_side():
     clear, opaque = (
         check.check([replace(s, optics=replace(s.optics, tau=tau))], [30.0])[0]
@@ -45,6 +50,7 @@ def test_light_that_passes_leaves_on_the_other_side():
     ("limit", "value", "fault"),
     [
         ("DENSITY_LIMIT", -1.0, "∫pdf is not 1"),
+        ("SINGLE_DENSITY_LIMIT", -1.0, "∫pdf of Dr.Jit is not 1"),
         ("ALBEDO_LIMIT", 0.5, "more light than comes in"),
         ("RECIPROCITY_LIMIT", -1.0, "not reciprocal"),
         ("SINGLE_LIMIT", (-1.0, -1.0), "Dr.Jit differs"),

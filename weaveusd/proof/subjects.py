@@ -73,5 +73,4 @@ def shader_inputs(params: Parameters) -> dict[str, list[float]]:
         "gamma_v": [params.gamma_v],
         "tau": [params.tau],
         "normalization": [n_v],
-        "gaussian": [float(params.gaussian)],
     }

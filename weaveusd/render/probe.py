@@ -41,6 +41,7 @@ def one_texel(
     normal: ArrayLike = (0, 0, 1),
     tangent: ArrayLike = (0, 1, 0),
     color: float = 1.0,
+    gaussian: bool = False,
 ) -> Any:
     """Return the BSDF of a cloth that is yarn 0 everywhere, in one frame and of one gray."""
     n = np.asarray(normal, np.float32).reshape(1, 1, 3)
@@ -52,7 +53,8 @@ def one_texel(
         "opacity": np.ones((1, 1, 1), np.float32),
         "yarn_id": np.zeros((1, 1, 1), np.float32),
     }
-    return mi.load_dict(cloth_bsdf_dict(arrays, yarn_inputs, (1.0, 1.0)), parallel=False)
+    made = cloth_bsdf_dict(arrays, yarn_inputs, (1.0, 1.0), gaussian=gaussian)
+    return mi.load_dict(made, parallel=False)
 
 
 def interaction(wi: Any, count: int = 1, uv: Any = (0.5, 0.5)) -> Any:
@@ -72,6 +74,14 @@ def values(bsdf: Any, wi: ArrayLike, wo: ArrayLike) -> NDArray[np.float64]:
     si = interaction(towards.T, len(away))
     found = bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(np.ascontiguousarray(away.T)))
     return np.array(found, np.float64).T
+
+
+def densities(bsdf: Any, wi: ArrayLike, wo: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the density (…) of sampling the unit vectors `wo` (…, 3), seen from `wi` (3,)."""
+    away = np.ascontiguousarray(wo.reshape(-1, 3).T, np.float32)
+    si = interaction(np.asarray(wi, float).tolist(), away.shape[1])
+    found = np.array(bsdf.pdf(mi.BSDFContext(), si, mi.Vector3f(away)), np.float64)
+    return found.reshape(wo.shape[:-1])
 
 
 def chi_square(
