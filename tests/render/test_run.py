@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 import pytest
+from pxr import Gf, Usd, UsdGeom
 
 import weaveusd
 from tests.render.stages import add_camera, add_dome, add_mesh, new_stage
@@ -169,3 +171,32 @@ def test_a_picture_has_the_rights_of_any_new_file(mi: Any, scene: Path, tmp_path
     (tmp_path / "plain").write_text("")
     weaveusd.render(scene, tmp_path / "out.png", width=4, spp=1)
     assert (tmp_path / "out.png").stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+def test_the_command_tells_losses_frames_and_purposes(
+    mi: Any, scene: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from weaveusd import cli
+
+    stage = Usd.Stage.Open(str(scene))
+    card = UsdGeom.Mesh(stage.GetPrimAtPath("/World/Card"))
+    card.CreatePurposeAttr("guide")
+    card.GetDisplayColorAttr().Set([Gf.Vec3f(0, 0, 0)], 7)
+    stage.DefinePrim("/World/Smoke", "Volume")
+    stage.Save()
+    output = scene.parent / "out.exr"
+    arguments = ["render", str(scene), "--output", str(output), "--json", "--width", "16"]
+    told = []
+    for more in ([], ["--frame", "7", "--purpose", "guide", "--purpose", "render"]):
+        monkeypatch.setattr(sys, "argv", ["weaveusd", *arguments, *more])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        assert ended.value.code == 0
+        told.append((json.loads(capsys.readouterr().out)["losses"], decoded(output)[4, 8].max()))
+    smoke = {
+        "prim": "/World/Smoke",
+        "kind": "dropped",
+        "what": "Volume is not supported",
+        "count": 1,
+    }
+    assert told == [([smoke], 1.0), ([smoke], 0.0)]
