@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from panels import MICRON, Panel, Sewn, body_of, plane, refined, sew
-from relax import Fabric, Phase, relax
+from panels import MICRON, Panel, Sewn, plane, settled
+from relax import Fabric, Phase
 
 if TYPE_CHECKING:
     from colliders import Colliders
@@ -34,19 +34,15 @@ FACES = tuple(_FACES)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Box:
-    """A box in space: half axes along its own x, y and z, the rows of `axes`; metres."""
+    """An upright box: its middle and half its size along x, y and z, in metres."""
 
     center: Doubles
     half: Doubles
-    axes: Doubles
 
     @classmethod
-    def of(cls, low: tuple[float, ...], high: tuple[float, ...], lean: float = 0.0) -> Box:
-        """Return the box between two corners, its top then leant back by `lean` radians."""
-        middle, half = 0.5 * np.add(high, low), 0.5 * np.subtract(high, low)
-        cosine, sine = np.cos(lean), np.sin(lean)
-        axes = np.array(((1, 0, 0), (0, cosine, -sine), (0, sine, cosine)))
-        return cls(middle, half, np.rint(axes / MICRON) * MICRON)
+    def of(cls, low: tuple[float, ...], high: tuple[float, ...]) -> Box:
+        """Return the box between two corners."""
+        return cls(0.5 * np.add(high, low), 0.5 * np.subtract(high, low))
 
 
 def box_panels(box: Box, counts: Indices) -> list[Panel]:
@@ -59,7 +55,7 @@ def box_panels(box: Box, counts: Indices) -> list[Panel]:
         at = a[..., None] * across + b[..., None] * along + out
         # A ripple of a millimetre lets the seams decide where to pucker.
         ripple = 1e-3 * (1 - a**2) * (1 - b**2) * np.sin(9 * a + 5 * b + k)
-        placed = (at * box.half + ripple[..., None] * out) @ box.axes + box.center
+        placed = at * box.half + ripple[..., None] * out + box.center
         size = np.abs(np.stack((across, along)) @ box.half)
         return [a * size[0] + 2 * k, b * size[1], *np.moveaxis(placed, -1, 0)]
 
@@ -81,17 +77,11 @@ def stuffed(
         "pressure": pressure, "volume": fill * float(np.prod(2 * box.half)), "gravity": gravity
     }  # fmt: skip
     counts = 4 * np.maximum(np.rint(box.half / cell / 2).astype(int), 1)
-    coarse = sew(box_panels(box, counts // 2))
-    settled = relax(
-        body_of(coarse, CLOTH), coarse.start,
-        [Phase(0.7, drag=10.0, **conditions), Phase(0.3, drag=30.0, **conditions)], solids,
+    return settled(
+        lambda cells: box_panels(box, cells), counts, CLOTH, solids,
+        [Phase(0.7, drag=10.0, **conditions), Phase(0.3, drag=30.0, **conditions)],
+        [Phase(0.25, drag=30.0, **conditions)],
     )  # fmt: skip
-    fine = sew(box_panels(box, counts))
-    rest = relax(
-        body_of(fine, CLOTH), refined(coarse, settled, fine),
-        [Phase(0.25, drag=30.0, **conditions)], solids,
-    )  # fmt: skip
-    return fine, rest
 
 
 def rim(grid: Indices) -> Indices:

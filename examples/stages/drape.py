@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from colliders import Colliders
-from panels import Panel, Sewn, body_of, plane, refined, sew
-from relax import Fabric, Phase, relax
+from panels import Panel, Sewn, plane, settled
+from relax import Fabric, Phase
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,22 +26,15 @@ CLOTH = Fabric(density=0.2, stretch=3000.0, shear=30.0, bend=9e-8)
 def drape(cells: int) -> tuple[Sewn, Doubles]:
     """Return the square, `cells`² quads, and its vertices at rest; `cells` is even."""
     solids = Colliders(0.0002).ground().ellipsoid(BALL_CENTER, (BALL_RADIUS,) * 3)
-    coarse = sew([square(cells // 2)])
     edge = SIDE / cells
-    fallen = relax(
-        body_of(coarse, CLOTH), coarse.start,
+    return settled(
+        lambda count: [square(count)], cells, CLOTH, solids,
         [
             Phase(0.5, 1 / 4800, drag=3.0, apart=1.2 * edge),
             Phase(0.3, 1 / 4800, drag=20.0, apart=1.2 * edge),
         ],
-        solids,
+        [Phase(0.2, 1 / 9600, drag=20.0, apart=0.6 * edge)],
     )  # fmt: skip
-    fine = sew([square(cells)])
-    rest = relax(
-        body_of(fine, CLOTH), refined(coarse, fallen, fine),
-        [Phase(0.2, 1 / 9600, drag=20.0, apart=0.6 * edge)], solids, layout=fine.start,
-    )  # fmt: skip
-    return fine, rest
 
 
 def square(cells: int) -> Panel:

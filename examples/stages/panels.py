@@ -8,14 +8,15 @@ the same place in space.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from relax import Body, Fabric, make_body
+from relax import Body, Fabric, Phase, make_body, relax
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from colliders import Colliders
     from numpy.typing import NDArray
 
     Doubles = NDArray[np.float64]
@@ -102,6 +103,24 @@ def refined(coarse: Sewn, positions: Doubles, fine: Sewn) -> Doubles:
     for mine, theirs in zip(coarse.ids, fine.ids, strict=True):
         start[theirs] = _doubled(np.swapaxes(_doubled(positions[mine]), 0, 1)).swapaxes(0, 1)
     return start
+
+
+def settled(
+    pieces: Callable[[Any], list[Panel]], cells: Any, fabric: Fabric, solids: Colliders,
+    first: list[Phase], then: list[Phase], *, friction: float = 0.4,
+    pinned: Callable[[Sewn], NDArray[np.bool_]] | None = None,
+) -> tuple[Sewn, Doubles]:  # fmt: skip
+    """Return `pieces(cells)` sewn, and its vertices at rest.
+
+    Half the cells fall through the phases `first`, all of them go on from there through `then`.
+    `pinned` says which vertices never move.
+    """
+    coarse, fine = sew(pieces(cells // 2)), sew(pieces(cells))
+    held = (None, None) if pinned is None else (pinned(coarse), pinned(fine))
+    fallen = relax(body_of(coarse, fabric, held[0]), coarse.start, first, solids, friction)
+    start = refined(coarse, fallen, fine)
+    rest = relax(body_of(fine, fabric, held[1]), start, then, solids, friction, fine.start)
+    return fine, rest
 
 
 def normals(quads: Indices, positions: Doubles) -> Doubles:

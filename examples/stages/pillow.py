@@ -1,4 +1,4 @@
-"""A pillow of linen, 40 cm square, on a slanting board."""
+"""A pillow of linen, 40 cm square, on a wedge."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from colliders import Colliders
-from panels import Panel, Sewn, body_of, plane, refined, sew
-from relax import Fabric, Phase, relax
+from panels import Panel, Sewn, plane, settled
+from relax import Fabric, Phase
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,44 +29,27 @@ WEDGE = (0.34, 0.27)
 WEDGE_FRONT = 0.11
 """Where the wedge meets the floor, in z."""
 
-SLANTED = (
-    np.rint(
-        np.array(
-            (
-                (1, 0, 0),
-                (0, np.cos(SLANT), np.sin(SLANT)),
-                (0, -np.sin(SLANT), np.cos(SLANT)),
-            )
-        )
-        / 1e-9
-    )
-    * 1e-9
-)
+_COSINE, _SINE = (round(float(f(SLANT)), 9) for f in (np.cos, np.sin))
+SLANTED = np.array(((1, 0, 0), (0, _COSINE, _SINE), (0, -_SINE, _COSINE)))
+"""Right, out of the slope, and down it, as rows."""
 
 
 def pillow(cells: int) -> tuple[Sewn, Doubles]:
-    """Return the pillow of `cells`² quads a side, a multiple of four, and its vertices at rest."""
+    """Return the pillow of `cells`² quads a side, an even number, and its vertices at rest."""
     below = wedge()[0][:4].mean(axis=0) - 0.05 * SLANTED[1]
     slope = (0.5 * WEDGE[0], 0.05, 0.5 * WEDGE[1] / SLANTED[1, 1])
     solids = Colliders(0.002).ground().box(below, slope, SLANTED)
     fill = {"pressure": 300.0, "volume": FILLING}
-    coarse = sew(covers(cells // 2))
-    settled = relax(
-        body_of(coarse, CLOTH), coarse.start,
+    return settled(
+        covers, cells, CLOTH, solids,
         [
             Phase(0.5, gravity=0.0, drag=80.0, **fill),
             Phase(1.0, drag=8.0, **fill),
             Phase(0.4, drag=20.0, **fill),
         ],
-        solids, friction=1.0,
-    )  # fmt: skip
-    fine = sew(covers(cells))
-    rest = relax(
-        body_of(fine, CLOTH), refined(coarse, settled, fine),
         [Phase(0.3, 1 / 2400, drag=6.0, **fill), Phase(0.2, 1 / 2400, drag=30.0, **fill)],
-        solids, friction=1.0,
+        friction=1.0,
     )  # fmt: skip
-    return fine, rest
 
 
 def covers(cells: int) -> list[Panel]:

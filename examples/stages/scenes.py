@@ -140,8 +140,10 @@ def _pillow(stage: Usd.Stage) -> None:
     points, faces = pillow.wedge()
     group = author.add_group(stage, "Wedge")
     for path in ("/World/Pillow", group):
-        UsdGeom.Xform.Get(stage, path).AddRotateYOp().Set(-20.0)
-    author.add_camera(stage, "Detail", (0.16, 0.44, 0.22), (0.165, 0.222, -0.035), 0.10)
+        form = UsdGeom.Xform.Get(stage, path)
+        form.AddTranslateOp().Set((0.0, 0.0, -5.0))
+        form.AddRotateYOp().Set(-20.0)
+    author.add_camera(stage, "Detail", (0.16, 0.44, 0.17), (0.165, 0.222, -0.085), 0.10)
     for name, quad in zip(("Slope", "Rear", "Bottom", "Left", "Right"), faces, strict=True):
         author.add_mesh(stage, f"{group}/{name}", points, [quad], "White")
 

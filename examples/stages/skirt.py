@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from colliders import Colliders
-from panels import Panel, Sewn, body_of, plane, refined, sew
-from relax import Fabric, Phase, relax
+from panels import Panel, Sewn, plane, settled
+from relax import Fabric, Phase
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -31,23 +31,16 @@ CLOTH = Fabric(density=0.09, stretch=3000.0, shear=60.0, bend=1.2e-5)
 def skirt(cells: int) -> tuple[Sewn, Doubles]:
     """Return the skirt, `cells`² quads a gore, and its vertices at rest; `cells` is even."""
     solids = Colliders(0.0015).ground().ellipsoid(HIPS_CENTER, HIPS_HALF)
-    coarse = sew(gores(cells // 2))
     edge = 2 * np.pi * (WAIST + LENGTH) / GORES / cells
-    fallen = relax(
-        body_of(coarse, CLOTH, waist(coarse)), coarse.start,
+    return settled(
+        gores, cells, CLOTH, solids,
         [Phase(1.2, drag=2.0, apart=edge), Phase(0.5, drag=12.0, apart=edge)],
-        solids,
-    )  # fmt: skip
-    fine = sew(gores(cells))
-    rest = relax(
-        body_of(fine, CLOTH, waist(fine)), refined(coarse, fallen, fine),
         [
             Phase(0.3, 1 / 2400, drag=4.0, apart=0.5 * edge),
             Phase(0.3, 1 / 2400, drag=25.0, apart=0.5 * edge),
         ],
-        solids, layout=fine.start,
+        pinned=waist,
     )  # fmt: skip
-    return fine, rest
 
 
 def gores(cells: int) -> list[Panel]:

@@ -48,12 +48,12 @@ CUSHIONS = {
     "BackLeft": Box.of((-INNER, SEAT, WALL), (0, BACK + 0.06, MEET)),
     "BackRight": Box.of((0, SEAT, WALL), (INNER, BACK + 0.06, MEET)),
 }
+_ARM, _SEAT, _BACK = ("front",), ("top", "bottom"), ("front", "back")
 CORDED = {
-    "Arm": ("front",),
-    "Seat": ("top", "bottom"),
-    "BackL": ("front", "back"),
-    "BackR": ("front", "back"),
-}
+    "ArmLeft": _ARM, "ArmRight": _ARM, "SeatLeft": _SEAT, "SeatRight": _SEAT,
+    "BackLeft": _BACK, "BackRight": _BACK,
+}  # fmt: skip
+"""Faces with a cord around them."""
 
 
 def sofa(cell: float) -> list[Piece]:
@@ -62,7 +62,7 @@ def sofa(cell: float) -> list[Piece]:
     for name, box in CUSHIONS.items():
         solids = Colliders(0.001)
         for other in FRAME.values():
-            solids.box(other.center, other.half, other.axes)
+            solids.box(other.center, other.half)
         # A cushion knows its neighbors as boxes: the one beside it, and the one behind or before.
         side = -1 if name.endswith("Left") else 1
         solids.box((-0.5 * side * OUTER, 0.6, 0), (0.5 * OUTER, 0.6, 1))
@@ -78,12 +78,12 @@ def sofa(cell: float) -> list[Piece]:
 
 def _frame_piece(name: str, box: Box, cell: float) -> Piece:
     """Return a cover over a board: it crowns a little, and does not hang."""
-    core = Colliders(0.0).box(box.center, box.half - 0.002, box.axes)
+    core = Colliders(0.0).box(box.center, box.half - 0.002)
     sewn, rest = stuffed(box, cell, core, fill=1.03, pressure=800.0, gravity=0.0)
     return _piece(name, sewn, rest)
 
 
 def _piece(name: str, sewn: Sewn, rest: Doubles) -> Piece:
-    faces = next((faces for start, faces in CORDED.items() if name.startswith(start)), ())
+    faces = CORDED.get(name, ())
     rims = (rest[rim(sewn.ids[FACES.index(face)])] for face in faces)
     return Piece(name, sewn, rest, tuple(cord(path, CORD) for path in rims))
