@@ -341,6 +341,20 @@ def test_the_context_chooses_the_network(mi: Any, stage: Any) -> None:
     assert quadrants(stage, context="preview")[0][0, 0] == pytest.approx((0.5, 0.1, 0.1), rel=0.05)
 
 
+def test_a_network_that_is_passed_over_is_named(mi: Any, stage: Any) -> None:
+    shader = matte(stage, (0.1, 0.5, 0.1))
+    shader.CreateIdAttr("ND_toon_surfaceshader")
+    material = UsdShade.Material(stage.GetPrimAtPath("/World/Look"))
+    _, other = preview_material(stage, "/World/Other", diffuseColor=(0.5, 0.1, 0.1), ior=1.0)
+    material.CreateSurfaceOutput().ConnectToSource(other.ConnectableAPI(), "surface")
+    found, losses = quadrants(stage)
+    assert found[0, 0] == pytest.approx((0.5, 0.1, 0.1), rel=0.05)
+    assert losses == [
+        "/World/Look/Surface: surface shader ND_toon_surfaceshader: another network is shown "
+        "(approximated)"
+    ]
+
+
 def stretched(stage: Any, identifier: str, **inputs: Any) -> float:
     """How much wider the highlight of a surface on a dish is along x than along y."""
     surface(stage, identifier, **inputs)

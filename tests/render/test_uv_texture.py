@@ -192,6 +192,20 @@ def test_the_tiles_of_a_udim_lie_side_by_side(mi: Any, stage: Any, tmp_path: Pat
     np.testing.assert_allclose(found, expected, atol=0.03)
 
 
+def test_a_udim_that_would_not_fit_is_refused(
+    mi: Any, stage: Any, tmp_path: Path, monkeypatch: Any
+) -> None:
+    from weaveusd.render import rasters
+
+    for tile in (1001, 1100):  # two small files ask for a hundred tiles
+        write_image(tmp_path / f"map.{tile}.exr", np.zeros((16, 16, 3)))
+    monkeypatch.setattr(rasters, "MAX_BYTES", 200_000)
+    textured(stage, "./map.<UDIM>.exr")
+    _, losses = quadrants(stage)
+    assert len(losses) == 1
+    assert "has 10 x 10 tiles of 16 x 16 texels" in losses[0]
+
+
 def test_an_empty_udim_shows_its_fallback(mi: Any, stage: Any) -> None:
     textured(stage, "./map.<UDIM>.exr")
     _, losses = quadrants(stage)

@@ -16,7 +16,7 @@ import numpy as np
 from weaveusd.errors import StageError
 from weaveusd.render.operations import OPERATIONS, Components
 
-MAX_FIELDS = 4096
+MAX_FIELDS = 1 << 20
 """Distinct fields in one render; a network beyond is refused."""
 
 

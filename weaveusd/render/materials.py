@@ -96,7 +96,7 @@ class Looks:
 
     def _translate(self, material: UsdShade.Material) -> Look | None:
         """Return the look by the first output that has a shader which is understood."""
-        refused = []
+        refused: list[UsdShade.Shader] = []
         for context in _ROADS[self.context]:
             try:
                 source = source_of(material.GetSurfaceOutput(context))
@@ -105,18 +105,31 @@ class Looks:
                 continue
             if source is None or source.node is None:
                 continue
-            if context == contract.MITSUBA_CONTEXT:
-                if shader_id(source.node) == contract.CLOTH_SHADER_ID:
-                    return self._cloth(source.node)
-            elif shader_id(source.node) in SURFACES:
-                return self._surface(source.node)
+            understood = self._reader(context, source.node)
+            if understood is not None:
+                self._note_refused(refused, "another network is shown")
+                return understood(source.node)
             refused.append(source.node)
-        for shader in refused:
-            name = shader_id(shader) or "without id"
-            self.losses.dropped(shader.GetPrim(), f"surface shader {name}")
+        self._note_refused(refused, "")
         if not refused:
             self.losses.dropped(material.GetPrim(), "material has no surface that is understood")
         return None
+
+    def _reader(
+        self, context: str, shader: UsdShade.Shader
+    ) -> Callable[[UsdShade.Shader], Look | None] | None:
+        """Return what makes a look of a shader in this context, None where nothing does."""
+        if context == contract.MITSUBA_CONTEXT:
+            return self._cloth if shader_id(shader) == contract.CLOTH_SHADER_ID else None
+        return self._surface if shader_id(shader) in SURFACES else None
+
+    def _note_refused(self, shaders: list[UsdShade.Shader], instead: str) -> None:
+        for shader in shaders:
+            what = f"surface shader {shader_id(shader) or 'without id'}"
+            if instead:
+                self.losses.approximated(shader.GetPrim(), f"{what}: {instead}")
+            else:
+                self.losses.dropped(shader.GetPrim(), what)
 
     def _surface(self, shader: UsdShade.Shader) -> Look | None:
         net = Network(self.time, self.losses, self._fields, self._rasters, self._readers)

@@ -19,6 +19,9 @@ from weaveusd.render.rasters import Rasters
 MAX_DEPTH = 48
 """Longest chain of nodes."""
 
+MAX_NODES = 512
+"""Nodes of one network: each is computed wherever a ray meets the surface."""
+
 MAX_SIZE = 1e8
 """Numbers beyond are taken for a slip: their products would leave what a float can hold."""
 
@@ -98,6 +101,8 @@ class Network:
         if len(self._open) >= MAX_DEPTH:
             raise StageError(f"{node.GetPath()}: more than {MAX_DEPTH} nodes feed each other")
         if key not in self._read:
+            if len(self._read) >= MAX_NODES:
+                raise StageError(f"network has more than {MAX_NODES} nodes")
             self._open.add(key)
             try:
                 self._read[key] = self._node(node, output)

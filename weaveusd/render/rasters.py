@@ -23,6 +23,7 @@ MAX_BYTES = 8 << 30
 """Memory for all images of one render; what would go beyond is refused."""
 
 _ROWS = 256
+_FLOAT_BYTES = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,8 +107,23 @@ class Rasters:
         key = "\n".join(files[cell] for cell in sorted(files))
         return self._once(
             key, space,
-            lambda: _atlas({c: self._pixels(f, space, where)[0] for c, f in files.items()}, where),
+            lambda: self._atlas({c: self._pixels(f, space, where)[0] for c, f in files.items()},
+                                where),
         )  # fmt: skip
+
+    def _atlas(self, tiles: dict[tuple[int, int], Floats], where: str) -> Raster:
+        """Return one raster of all tiles; smaller ones repeat texels, missing ones are 0."""
+        columns, rows = (1 + max(cell[k] for cell in tiles) for k in (0, 1))
+        height, width, channels = (max(p.shape[k] for p in tiles.values()) for k in range(3))
+        size = rows * height * columns * width * channels * _FLOAT_BYTES
+        left = MAX_BYTES - self._bytes
+        if max(rows * height, columns * width) > textures.MAX_SIDE or size > left:
+            raise StageError(
+                f"{where}: has {columns} x {rows} tiles of {width} x {height} texels, expected "
+                f"at most {textures.MAX_SIDE} texels a side in all and {left} bytes"
+            )
+        self._bytes += size
+        return Raster(_tensor(_joined(tiles, rows, columns)), columns, rows)
 
     def _once(self, key: str, space: str, read: Callable[[], Raster]) -> Raster:
         known = self._read.get((key, space))
@@ -147,15 +163,8 @@ def _tensor(pixels: Floats) -> Any:
     return mi.TensorXf(np.ascontiguousarray(pixels, np.float32))
 
 
-def _atlas(tiles: dict[tuple[int, int], Floats], where: str) -> Raster:
-    """Return one raster of all tiles; smaller ones repeat texels, missing ones are 0."""
-    columns, rows = (1 + max(cell[k] for cell in tiles) for k in (0, 1))
+def _joined(tiles: dict[tuple[int, int], Floats], rows: int, columns: int) -> Floats:
     height, width, channels = (max(p.shape[k] for p in tiles.values()) for k in range(3))
-    if rows * height > textures.MAX_SIDE or columns * width > textures.MAX_SIDE:
-        raise StageError(
-            f"{where}: has {columns} x {rows} tiles of {width} x {height} texels, "
-            f"expected at most {textures.MAX_SIDE} texels a side in all"
-        )
     atlas = np.zeros((rows * height, columns * width, channels), np.float32)
     for (column, row), pixels in tiles.items():
         down = np.arange(height) * len(pixels) // height
@@ -164,4 +173,4 @@ def _atlas(tiles: dict[tuple[int, int], Floats], where: str) -> Raster:
         part[..., : pixels.shape[2]] = pixels[down][:, across]
         if pixels.shape[2] < channels and channels in (2, 4):
             part[..., -1] = 1.0
-    return Raster(_tensor(atlas), columns, rows)
+    return atlas
