@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     Doubles = NDArray[np.float64]
 
 MAX_PRIMITIVES = 1 << 24
-"""Triangles, tubes and balls that are written out."""
+"""Triangles, tubes and balls of copies that are written out."""
 
 MAX_INSTANCES = 128
 """Instances of heavy shapes; compiling them takes two seconds for 100, six for 200."""
@@ -63,22 +63,28 @@ def assemble(found: Sequence[Placed], scale: float, dress: Dress, losses: Losses
 
 
 def _divide(found: Sequence[Placed], losses: Losses) -> tuple[list[Placed], list[Placed]]:
-    """Return what is written out and what is instanced; what neither can hold is a loss."""
-    total = sum(placed.weight() for placed in found)
-    instances, apart, heavy = 0, set(), []
-    for placed in sorted(found, key=Placed.weight, reverse=True):
-        if total <= MAX_PRIMITIVES:
+    """Return what is written out and what is instanced; copies that neither holds are a loss.
+
+    The first copy of a shape is in memory as it is: only those after it are counted.
+    """
+    flat = {id(placed): placed for placed in found}
+    heavy: list[Placed] = []
+    more, instances = sum(placed.repeated() for placed in found), 0
+    for placed in sorted(found, key=Placed.repeated, reverse=True):
+        if more <= MAX_PRIMITIVES:
             break
-        apart.add(id(placed))
-        total -= placed.weight()
         copies, weight = len(placed.matrices), placed.shape.weight()
+        others = more - placed.repeated()
         sharable = isinstance(placed.shape, Facets) and placed.look.emission is None
-        if sharable and instances + copies <= MAX_INSTANCES and total + weight <= MAX_PRIMITIVES:
-            instances, total = instances + copies, total + weight
-            heavy.append(placed)
-        else:
-            losses.dropped(placed.prim, f"{copies} copies of {weight} primitives are too many")
-    return [placed for placed in found if id(placed) not in apart], heavy
+        if sharable and instances + copies <= MAX_INSTANCES:
+            more, instances = others, instances + copies
+            heavy.append(flat.pop(id(placed)))
+            continue
+        room = 1 + max(MAX_PRIMITIVES - others, 0) // weight
+        flat[id(placed)] = replace(placed, matrices=placed.matrices[:room])
+        more = others + (room - 1) * weight
+        losses.dropped(placed.prim, f"{copies - room} of {copies} copies of {weight} primitives")
+    return list(flat.values()), heavy
 
 
 def _groups(found: Sequence[Placed], dress: Dress) -> Iterator[_Group]:

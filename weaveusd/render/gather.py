@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pxr import Tf, Usd, UsdGeom
+from pxr import Sdf, Tf, Usd, UsdGeom
 
 from weaveusd.render import instances, lights
 from weaveusd.render.geometry import Placed
@@ -61,10 +61,12 @@ class Walk:
         """Return all that is seen."""
         root = self.stage.GetPseudoRoot()
         found = self._below(root, UsdGeom.Imageable.PurposeInfo(), Placing(1.0, self.time), ())
-        found.shapes = list(self._near(_combined(found.shapes)))
+        found.shapes = list(self._near(self._combined(found.shapes)))
         return found
 
-    def _below(self, root: Usd.Prim, info: Any, placing: Placing, open_: tuple[str, ...]) -> Found:
+    def _below(
+        self, root: Usd.Prim, info: Any, placing: Placing, open_: tuple[Sdf.Path, ...]
+    ) -> Found:
         """Return what is seen of `root` and below; `open_` are the instancers it is in."""
         found = Found()
         # What no specifier defines, as many prototypes, is drawn where an instancer asks for it.
@@ -79,9 +81,8 @@ class Walk:
             if self._hidden(prim, own):
                 continue
             entered = True
-            if (
-                own.purpose or UsdGeom.Tokens.default_
-            ) in self.purposes and not prim.IsPseudoRoot():
+            purpose = own.purpose or UsdGeom.Tokens.default_
+            if purpose in self.purposes and not prim.IsPseudoRoot():
                 try:
                     entered = self._visit(prim, own, placing, open_, found)
                 except UnreadableError as reason:
@@ -94,7 +95,7 @@ class Walk:
         return found
 
     def _visit(
-        self, prim: Usd.Prim, info: Any, placing: Placing, open_: tuple[str, ...], found: Found
+        self, prim: Usd.Prim, info: Any, placing: Placing, open_: tuple[Sdf.Path, ...], found: Found
     ) -> bool:
         """Take in one prim; return whether what lies below it is looked at."""
         if lights.is_light(prim) and not prim.IsA(UsdGeom.Gprim):
@@ -130,18 +131,18 @@ class Walk:
     # --- Copies ---------------------------------------------------------------------------------
 
     def _add_copies(
-        self, prim: Usd.Prim, info: Any, placing: Placing, open_: tuple[str, ...], found: Found
+        self, prim: Usd.Prim, info: Any, placing: Placing, open_: tuple[Sdf.Path, ...], found: Found
     ) -> None:
         """Take in all copies that an instancer makes."""
         world = self.pieces.matrix(prim, placing)
-        inside = (*open_, str(prim.GetPath()))
+        inside = (*open_, prim.GetPath())
         if len(inside) > MAX_NESTING:
             raise UnreadableError(
                 f"instancer lies in {len(open_)} others, expected {MAX_NESTING - 1}"
             )
         for copies in instances.read_copies(prim, self.time, self.losses):
             prototype = copies.prototype
-            if any(path.startswith(str(prototype.GetPath())) for path in inside):
+            if any(path.HasPrefix(prototype.GetPath()) for path in inside):
                 self.losses.dropped(prim, f"prototype {prototype.GetPath()} holds the instancer")
                 continue
             matrices = world @ copies.matrices
@@ -149,9 +150,9 @@ class Walk:
             for shape in content.shapes:
                 found.shapes += self._copied(prim, shape, matrices, copies)
             self._copy_lights(prim, content, matrices, found)
-        found.shapes = _combined(found.shapes)
+        found.shapes = self._combined(found.shapes)
 
-    def _prototype(self, prototype: Usd.Prim, info: Any, inside: tuple[str, ...]) -> Found:
+    def _prototype(self, prototype: Usd.Prim, info: Any, inside: tuple[Sdf.Path, ...]) -> Found:
         """Return what a prototype holds, in the space around its root."""
         key = f"{prototype.GetPath()} {info.purpose}"
         if key not in self._prototypes:
@@ -180,6 +181,23 @@ class Walk:
                 self.losses.dropped(prim, f"copies of lights beyond the first {MAX_LIGHT_COPIES}")
             found.lights += [(light, placing.copied(m)) for m in matrices[: max(left, 0)]]
 
+    def _combined(self, found: list[Placed]) -> list[Placed]:
+        """Return the shapes with all copies of one together, as many as are allowed."""
+        same: dict[tuple[int, int, bool], list[Placed]] = {}
+        for placed in found:
+            key = (id(placed.shape), id(placed.look), placed.both_sides)
+            same.setdefault(key, []).append(placed)
+        together = []
+        for group in same.values():
+            first = group[0]
+            if len(group) > 1:
+                matrices = np.concatenate([placed.matrices for placed in group])
+                if len(matrices) > MAX_COPIES:
+                    self.losses.dropped(first.prim, f"copies beyond the first {MAX_COPIES}")
+                first = replace(first, matrices=matrices[:MAX_COPIES])
+            together.append(first)
+        return together
+
     def _near(self, found: list[Placed]) -> Iterator[Placed]:
         """Yield what lies where numbers can be trusted."""
         for placed in found:
@@ -187,19 +205,6 @@ class Walk:
                 yield placed
             else:
                 self.losses.dropped(placed.prim, f"reaches beyond {_FARTHEST:g} units")
-
-
-def _combined(found: list[Placed]) -> list[Placed]:
-    """Return the shapes with all copies of one together."""
-    same: dict[tuple[int, int, bool], list[Placed]] = {}
-    for placed in found:
-        same.setdefault((id(placed.shape), id(placed.look), placed.both_sides), []).append(placed)
-    return [
-        group[0]
-        if len(group) == 1
-        else replace(group[0], matrices=np.concatenate([p.matrices for p in group])[:MAX_COPIES])
-        for group in same.values()
-    ]
 
 
 def _is_unknown(prim: Usd.Prim) -> bool:

@@ -87,9 +87,9 @@ class Placed:
     look: Any  # materials.Look
     both_sides: bool
 
-    def weight(self) -> int:
-        """Return how many primitives all copies are."""
-        return self.shape.weight() * len(self.matrices)
+    def repeated(self) -> int:
+        """Return how many primitives the copies after the first are."""
+        return self.shape.weight() * (len(self.matrices) - 1)
 
     def bounds(self) -> Bounds:
         """Return the lowest and the highest corner of all copies."""
