@@ -175,7 +175,8 @@ class _Scene:
 
     def _integrator(self) -> str:
         """Return the integrator: the plain one stops shadow rays at gaps, the other does not."""
-        return "volpath" if self.pierced and self.lights.unseen else "path"
+        pierced = self.pierced or self.lights.clear
+        return "volpath" if pierced and self.lights.unseen else "path"
 
 
 def _bounds(found: Found) -> Bounds | None:

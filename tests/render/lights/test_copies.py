@@ -8,7 +8,7 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdLux
 
 from tests.render.lights.lamps import card, disk_beside, irradiance, polygon, put, rect
-from tests.render.stages import add_dome, write_image
+from tests.render.stages import add_camera, add_dome, new_stage, picture, write_image
 from weaveusd.render.lights import Lights, domes, pictures
 from weaveusd.render.model import Losses
 from weaveusd.render.xforms import Placing
@@ -58,6 +58,66 @@ def test_a_light_in_a_point_instancer_shines_at_each_place(mi: Any, tmp_path: Pa
     assert losses == []
 
 
+LAMPS = ("Panel", "Disk", "Ball", "Tube", "Egg")
+
+
+def one_above_the_other(stage: Any) -> dict[str, Any]:
+    """Lamps in line over the card, a sun, a point and a dome behind them all."""
+    made = {
+        "Panel": UsdLux.RectLight.Define(stage, "/World/Panel"),
+        "Disk": UsdLux.DiskLight.Define(stage, "/World/Disk"),
+        "Ball": UsdLux.SphereLight.Define(stage, "/World/Ball"),
+        "Tube": UsdLux.CylinderLight.Define(stage, "/World/Tube"),
+        "Egg": UsdLux.SphereLight.Define(stage, "/World/Egg"),
+    }
+    for k, light in enumerate(made.values()):
+        put(light, at=(0, 0, 2 + k), scale=(1, 1, 0.5) if k == 4 else (1, 1, 1))
+    point = made["Point"] = UsdLux.SphereLight.Define(stage, "/World/Point")
+    put(point, at=(0, 0, 7))
+    point.CreateRadiusAttr(0.2)
+    point.CreateTreatAsPointAttr(True)
+    sun = made["Sun"] = UsdLux.DistantLight.Define(stage, "/World/Sun")
+    sun.CreateAngleAttr(1.0)
+    sun.CreateIntensityAttr(100.0)
+    made["Dome"] = add_dome(stage, 0.05)
+    return made
+
+
+@pytest.mark.parametrize("rear", ["Sun", "Point", "Dome", "Egg"])
+def test_lights_stand_in_the_way_of_no_other(mi: Any, tmp_path: Path, rear: str) -> None:
+    """What lights give together is the sum of what each gives alone."""
+    stage = card(tmp_path)
+    made = one_above_the_other(stage)
+    for light in made.values():
+        light.MakeInvisible()
+    total = 0.0
+    shown = {*LAMPS, rear}
+    for name in shown:
+        made[name].MakeVisible()
+        total += irradiance(stage, 8192)[0]
+        made[name].MakeInvisible()
+    for name in shown:
+        made[name].MakeVisible()
+    together, losses = irradiance(stage, 32768)
+    assert together == pytest.approx(total, rel=0.015)
+    assert losses == []
+
+
+def test_a_lamp_is_clear_from_behind_and_shines_over_what_is_there(mi: Any, tmp_path: Path) -> None:
+    stage = new_stage(tmp_path / "scene.usda")
+    add_dome(stage, 0.25)
+    panel = UsdLux.RectLight.Define(stage, "/World/Panel")
+    panel.CreateWidthAttr(9.0)
+    panel.CreateHeightAttr(9.0)
+    panel.CreateIntensityAttr(8.0)
+    turn = panel.AddRotateYOp()
+    add_camera(stage, distance=5.0, fov=10)
+    for degrees, seen in ((0.0, 0.25), (180.0, 8.25)):
+        turn.Set(degrees)
+        image, _ = picture(stage, 3, 16)
+        assert image == pytest.approx(np.full((3, 3, 3), seen), rel=1e-3)
+
+
 def test_copies_of_a_light_share_its_file_and_its_losses(mi: Any, tmp_path: Path) -> None:
     stage = card(tmp_path)
     write_image(tmp_path / "half.exr", np.ones((8, 8, 3), np.float32))
@@ -68,8 +128,9 @@ def test_copies_of_a_light_share_its_file_and_its_losses(mi: Any, tmp_path: Path
     lights = Lights(stage, losses)
     for _ in range(3):
         lights.add(light.GetPrim(), Placing(1.0, Usd.TimeCode.Default()))
-    made = lights.entries()
+    *made, night = lights.entries()
     assert len(made) == 3
+    assert night["sampling_weight"] == 0
     assert len({id(entry["emitter"]["radiance"]) for entry in made}) == 1
     assert [str(loss) for loss in losses.as_tuple()] == [
         "/World/Light: light filter /World/Barn (dropped)"

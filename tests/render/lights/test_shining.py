@@ -62,7 +62,7 @@ def test_a_mesh_light_shines_from_its_front_only(mi: Any, tmp_path: Path) -> Non
     assert irradiance(stage, 16)[0] == 0
 
 
-def test_without_material_response_the_mesh_is_black(mi: Any, tmp_path: Path) -> None:
+def test_without_material_response_the_mesh_has_none(mi: Any, tmp_path: Path) -> None:
     stage = card(tmp_path)
     mesh, light = panel(stage, "noMaterialResponse")
     material, _ = preview_material(
@@ -178,9 +178,10 @@ def test_the_light_of_a_volume_is_refused_by_name(mi: Any, tmp_path: Path) -> No
     assert any(loss.startswith("/World/Cloud: ") and "Volume" in loss for loss in losses)
 
 
-def test_a_mesh_light_is_seen_as_it_shines(mi: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize("mode", [None, "noMaterialResponse"])
+def test_a_mesh_light_is_seen_as_it_shines(mi: Any, tmp_path: Path, mode: str | None) -> None:
     stage = card(tmp_path)
-    _, light = panel(stage, points=((-1, -1, 0.5), (1, -1, 0.5), (1, 1, 0.5), (-1, 1, 0.5)))
+    _, light = panel(stage, mode, points=((-1, -1, 0.5), (1, -1, 0.5), (1, 1, 0.5), (-1, 1, 0.5)))
     light.CreateIntensityAttr(3.0)
     camera = add_camera(stage, distance=10, path="/World/Far")
     assert camera

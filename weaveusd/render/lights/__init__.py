@@ -31,6 +31,13 @@ DEFAULT_DOME: dict[str, Any] = {
 }
 """Lights a stage that has no light of its own."""
 
+_NIGHT: dict[str, Any] = {
+    "type": "constant",
+    "radiance": {"type": "rgb", "value": [0.0, 0.0, 0.0]},
+    "sampling_weight": 0.0,
+}
+"""Lies behind clear lamps: Mitsuba shows no path that met nothing solid before it left a scene."""
+
 _PLACED: dict[str, Callable[[Inputs, Placing], Any]] = {
     "RectLight": area.rect,
     "DiskLight": area.disk,
@@ -51,13 +58,15 @@ class Lights:
     """Gathers the lights of a stage.
 
     `found` says whether the stage has a light that is understood, be it turned off; `unseen`
-    whether one is without size, so that only shadow rays find it.
+    whether one is without size, so that only shadow rays find it; `clear` whether one has a
+    surface, which lets light pass straight.
     """
 
     stage: Usd.Stage
     losses: Losses
     found: bool = False
     unseen: bool = False
+    clear: bool = False
     _entries: list[Any] = field(default_factory=list)
     _domes: list[Dome] = field(default_factory=list)
     _noted: set[Usd.Prim] = field(default_factory=set)
@@ -109,12 +118,15 @@ class Lights:
         except Refused as reason:
             self.losses.dropped(light, str(reason))
             return look
+        self.clear |= made.bsdf is area.CLEAR
         self._note(inputs)
         return made
 
     def entries(self) -> list[Any]:
         """Return what to put into a scene for all lights taken in, the environment last."""
         sky = environment(self._domes)
+        if sky is None and self.clear:
+            sky = _NIGHT
         return [*self._entries, sky] if sky is not None else list(self._entries)
 
     def _note(self, inputs: Inputs) -> None:
@@ -146,7 +158,9 @@ class Lights:
         if not emission(inputs).any():
             return  # turned off: it neither shines nor stands in the way
         made = make(inputs, placing)
-        self.unseen |= isinstance(made, dict) and made["type"] in UNSEEN
+        without_size = isinstance(made, dict) and made["type"] in UNSEEN
+        self.unseen |= without_size
+        self.clear |= not without_size
         self._entries.append(made)
 
 

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     Doubles = NDArray[np.float64]
     Entry = dict[str, Any]
 
-BLACK: dict[str, Any] = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0] * 3}}
-"""What a light's own surface reflects."""
+CLEAR: dict[str, Any] = {"type": "null"}
+"""A light's own surface: it shines, and stands in the way of nothing."""
 
 _LINE = 1e-3
 """Radius over length of a line light, which has none of its own."""
@@ -137,17 +137,17 @@ def _shape(
     kind: str, inputs: Inputs, placing: Placing, matrix: Doubles, area: float,
     texture: Any = None,
 ) -> Entry:  # fmt: skip
-    """Return a black shape that shines."""
+    """Return a clear shape that shines."""
     if singular(matrix):
         raise Refused("light has no extent")
     shining = emitter(inputs, placing, area, texture)
-    return {"type": kind, "to_world": to_mitsuba(matrix), "bsdf": BLACK, "emitter": shining}
+    return {"type": kind, "to_world": to_mitsuba(matrix), "bsdf": CLEAR, "emitter": shining}
 
 
 def _mesh(inputs: Inputs, placing: Placing, made: solids.Solid, area: float) -> Any:
-    """Return a black mesh that shines outward."""
+    """Return a clear mesh that shines outward."""
     properties = mi.Properties()
-    properties["mesh_bsdf"] = mi.load_dict(BLACK, parallel=False)
+    properties["mesh_bsdf"] = mi.load_dict(CLEAR, parallel=False)
     properties["mesh_emitter"] = mi.load_dict(emitter(inputs, placing, area), parallel=False)
     return solids.to_mesh(str(inputs.prim.GetPath()), made, properties)
 

@@ -42,7 +42,7 @@ def shining_look(light: Inputs, placing: Placing, surface_area: float, look: Loo
     """Return the look of a shape that shines as a light says; `surface_area` in stage units.
 
     `light:materialSyncMode` decides what becomes of the material. With noMaterialResponse the
-    shape is black and the light's alone; with independent it keeps its material, and its glow is
+    shape is clear and the light's alone; with independent it keeps its material, and its glow is
     the light's; with materialGlowTintsLight the light's color is multiplied by the glow, where
     the material has one.
 
@@ -54,7 +54,7 @@ def shining_look(light: Inputs, placing: Placing, surface_area: float, look: Loo
     mode = str(light.prim.GetAttribute("light:materialSyncMode").Get(light.time) or _BARE)
     shining = area.emitter(light, placing, surface_area)
     if mode == _BARE:
-        return Look(area.BLACK, emission=shining)
+        return Look(area.CLEAR, emission=shining, opaque=False, pierced=True)
     if look.emission is None:
         return replace(look, emission=shining)
     if mode == _ALONE:
