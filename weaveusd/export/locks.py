@@ -11,6 +11,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from weaveusd.errors import InputError
+
 STAGING_PREFIX = ".publish.tmp-"
 
 _LOCK = ".publish.lock"
@@ -67,6 +69,10 @@ def _acquire(folder: Path, path: Path) -> int:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
         except FileNotFoundError:
             continue  # the folder was empty, and its last owner has just removed it
+        except OSError as error:
+            if path.is_symlink():
+                raise InputError(f"{path}: a symbolic link, expected a lock's file") from error
+            raise
         fcntl.flock(descriptor, fcntl.LOCK_EX)
         if _is_still(path, descriptor):
             return descriptor

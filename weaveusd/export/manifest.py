@@ -7,6 +7,7 @@ import json
 import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from weaveusd.contract import MANIFEST_FILE
 
@@ -55,14 +56,22 @@ def content_digest(files: tuple[FileRecord, ...]) -> str:
 
 
 def write_manifest(folder: Path, asset: str, files: tuple[FileRecord, ...]) -> None:
-    """Write the manifest of `asset` into `folder`: JSON with sorted keys."""
+    """Write the manifest of `asset` into `folder`: JSON with sorted keys.
+
+    Its `manifest_sha256` is the SHA-256 of the same text without that key, so that no bit of the
+    manifest changes unseen either.
+    """
     manifest = {
         "asset": asset,
         "content_sha256": content_digest(files),
         "files": [asdict(record) for record in files],
     }
-    text = json.dumps(manifest, indent=2, sort_keys=True) + "\n"
-    (folder / MANIFEST_FILE).write_text(text, encoding="utf-8")
+    manifest["manifest_sha256"] = hashlib.sha256(_text(manifest)).hexdigest()
+    (folder / MANIFEST_FILE).write_bytes(_text(manifest))
+
+
+def _text(manifest: dict[str, Any]) -> bytes:
+    return (json.dumps(manifest, indent=2, sort_keys=True) + "\n").encode()
 
 
 def _sha256(path: Path) -> str:

@@ -9,30 +9,34 @@ from __future__ import annotations
 
 import contextlib
 import os
-import re
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from weaveusd.contract import MATERIAL_NAME, VERSION_PATTERN, entry_layer
-from weaveusd.errors import InputError, VersionConflictError, WeaveusdError
+from weaveusd.contract import MATERIAL_NAME, entry_layer
+from weaveusd.errors import WeaveusdError
 from weaveusd.export.locks import locked_folder, staging_folder
 from weaveusd.export.manifest import FileRecord, content_digest, list_files, write_manifest
 from weaveusd.export.names import safe_name
+from weaveusd.export.versions import NEXT, place, refuse_links, version_number
 
-NEXT = "next"
+Status = Literal["published", "unchanged", "would-publish"]
 
 
 @dataclass(frozen=True, slots=True)
 class PublishedAsset:
     """A version of an asset on disk; `unchanged` if it was there before with this content.
 
+    One that a dry run `would-publish` is not there.
+
     `material` is the path of the material prim in the entry layer. `files` lists all content,
     which is everything but the manifest, sorted by path.
     """
 
-    status: Literal["published", "unchanged"]
+    status: Status
     asset: str
     version: str
     folder: Path
@@ -92,27 +96,19 @@ def publish_asset(
     WeaveusdError
         The disk refused.
     """
-    if safe_name(name) != name:
-        raise ValueError(f"{name!r} is no safe name, {safe_name(name)!r} is")
-    number = None if version == NEXT else _version_number(version)
+    _check_name(name)
+    number = version_number(version)
     home = root / name
-    _refuse_links(root, home)
+    refuse_links(root, home)
     made = not root.exists()
     try:
-        home.mkdir(parents=True, exist_ok=True)
-        with staging_folder(home) as staged:
-            write(staged)
-            if not (staged / entry_layer(name)).is_file():
-                raise ValueError(f"the asset has no entry layer {entry_layer(name)}")
-            files = list_files(staged)
-            write_manifest(staged, name, files)
-            if check is not None:
-                check(staged)
-            _flush(staged)
-            with locked_folder(home):
-                return _settle(staged, home, name, number, files)
-    except OSError as error:
-        raise WeaveusdError(f"{error.filename or home}: {error.strerror or error}") from error
+        with _told_in_one_line(home):
+            home.mkdir(parents=True, exist_ok=True)
+            with staging_folder(home) as staged:
+                files = _prepare(staged, name, write, check)
+                _flush(staged)
+                with locked_folder(home):
+                    return _settle(staged, home, name, number, files)
     finally:
         if made:
             # Succeeds only where nothing was published.
@@ -120,32 +116,73 @@ def publish_asset(
                 root.rmdir()
 
 
+def plan_asset(
+    root: Path,
+    name: str,
+    write: Callable[[Path], object],
+    check: Callable[[Path], object] | None = None,
+    version: str = NEXT,
+) -> PublishedAsset:
+    """Return what `publish_asset` would do, and touch nothing below `root`.
+
+    The asset is written and checked all the same, in a temporary folder of the system that is
+    removed at the end. The status is `unchanged`, or `would-publish` with the version, folder and
+    entry that the asset would get now.
+
+    Raises
+    ------
+    ValueError, InputError, VersionConflictError, WeaveusdError
+        As `publish_asset` does.
+    """
+    _check_name(name)
+    number = version_number(version)
+    home = root / name
+    refuse_links(root, home)
+    with (
+        _told_in_one_line(home),
+        tempfile.TemporaryDirectory(prefix="weaveusd-") as folder,
+    ):
+        staged = Path(folder, "asset")
+        staged.mkdir()
+        files = _prepare(staged, name, write, check)
+        planned, held = place(home, number, files)
+        return _asset("unchanged" if held else "would-publish", planned, name, files)
+
+
+def _prepare(
+    staged: Path,
+    name: str,
+    write: Callable[[Path], object],
+    check: Callable[[Path], object] | None,
+) -> tuple[FileRecord, ...]:
+    """Have the asset written into the empty folder `staged` and checked; return its files."""
+    write(staged)
+    if not (staged / entry_layer(name)).is_file():
+        raise ValueError(f"the asset has no entry layer {entry_layer(name)}")
+    files = list_files(staged)
+    write_manifest(staged, name, files)
+    if check is not None:
+        check(staged)
+    return files
+
+
 def _settle(
     staged: Path, home: Path, name: str, number: int | None, files: tuple[FileRecord, ...]
 ) -> PublishedAsset:
     """Give the staged asset its version, or find the one that it equals; under the lock."""
-    taken = _versions(home)
-    newest = max(taken, default=0)
-    rival = newest if number is None else number
-    if rival in taken:
-        held = home / taken[rival]
-        if _holds(held, files):
-            return _published("unchanged", held, name, files)
-        if number is not None:
-            _refuse_links(held)
-            raise VersionConflictError(f"{held}: exists with other content")
-    target = home / f"v{newest + 1 if number is None else number:03d}"
-    os.rename(staged, target)
+    folder, held = place(home, number, files)
+    if held:
+        return _asset("unchanged", folder, name, files)
+    # What was a folder when the asset was begun may have been replaced by a link since.
+    refuse_links(home.parent, home)
+    os.rename(staged, folder)
     _flush_folder(home)
     _flush_folder(home.parent)
-    return _published("published", target, name, files)
+    return _asset("published", folder, name, files)
 
 
-def _published(
-    status: Literal["published", "unchanged"],
-    folder: Path,
-    name: str,
-    files: tuple[FileRecord, ...],
+def _asset(
+    status: Status, folder: Path, name: str, files: tuple[FileRecord, ...]
 ) -> PublishedAsset:
     return PublishedAsset(
         status=status,
@@ -159,37 +196,18 @@ def _published(
     )
 
 
-def _version_number(version: str) -> int:
-    if not re.fullmatch(VERSION_PATTERN, version, re.ASCII) or len(version) > 10:
-        raise InputError(f"version {version[:40]!r}: expected 'next' or one such as 'v001'")
-    number = int(version[1:])
-    if number == 0 or version != f"v{number:03d}":
-        raise InputError(f"version {version!r}: expected 'next' or one such as 'v001'")
-    return number
-
-
-def _versions(home: Path) -> dict[int, str]:
-    """Return the names of what holds a version's place below `home`, by number."""
-    names = (entry.name for entry in os.scandir(home))
-    return {int(n[1:]): n for n in names if re.fullmatch(VERSION_PATTERN, n, re.ASCII)}
-
-
-def _holds(folder: Path, files: tuple[FileRecord, ...]) -> bool:
-    """Return whether `folder` holds exactly `files`, by content and not by its manifest."""
-    if folder.is_symlink() or not folder.is_dir():
-        return False
+@contextmanager
+def _told_in_one_line(home: Path) -> Iterator[None]:
+    """Raise WeaveusdError for what the disk refuses inside."""
     try:
-        return list_files(folder) == files
-    except ValueError:
-        return False
+        yield
+    except OSError as error:
+        raise WeaveusdError(f"{error.filename or home}: {error.strerror or error}") from error
 
 
-def _refuse_links(*folders: Path) -> None:
-    for folder in folders:
-        if folder.is_symlink():
-            raise InputError(f"{folder}: a symbolic link, expected a folder")
-        if folder.exists() and not folder.is_dir():
-            raise InputError(f"{folder}: a file, expected a folder")
+def _check_name(name: str) -> None:
+    if safe_name(name) != name:
+        raise ValueError(f"{name!r} is no safe name, {safe_name(name)!r} is")
 
 
 def _flush(folder: Path) -> None:
