@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pxr import Gf, Sdf, Usd, Vt
 
-from tests.render.stages import add_camera, add_dome, add_mesh, new_stage
+from tests.render.stages import add_camera, add_dome, add_mesh, bind, new_stage, preview_material
 from weaveusd.errors import StageError
 from weaveusd.stage import captured_diagnostics
 
@@ -103,16 +105,31 @@ def build(folder: Path, wanted: Any) -> Any:
     return stage
 
 
-@settings(
-    max_examples=150, deadline=None, derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)  # fmt: skip
+def examples(count: int) -> Any:
+    """Settings of a test of so many stages."""
+    slow = [HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+    return settings(max_examples=count, deadline=None, derandomize=True, suppress_health_check=slow)
+
+
+@examples(100)
 @given(wanted=st.lists(prims(), max_size=4))
 def test_no_stage_crashes_the_translator(mi: Any, tmp_path: Path, wanted: Any) -> None:
+    check(tmp_path, wanted)
+
+
+@pytest.mark.slow
+@examples(1500)
+@given(wanted=st.lists(prims(), min_size=1, max_size=7))
+def test_many_broken_stages(mi: Any, tmp_path: Path, wanted: Any) -> None:
+    check(tmp_path, wanted)
+
+
+def check(folder: Path, wanted: Any) -> None:
+    """A stage becomes a scene and losses of one line each, or is refused in one line."""
     from weaveusd.render.translate import translate
 
     with captured_diagnostics():
-        stage = build(tmp_path / str(np.random.default_rng().integers(2**60)), wanted)
+        stage = build(Path(tempfile.mkdtemp(dir=folder)), wanted)
     try:
         made = translate(stage, width=2, height=2)
     except StageError as error:
@@ -121,3 +138,53 @@ def test_no_stage_crashes_the_translator(mi: Any, tmp_path: Path, wanted: Any) -
         told = [str(loss) for loss in made.losses]
         assert len(made.scene.shapes()) >= 1
     assert not any("\n" in line for line in told)
+
+
+FACES = st.lists(st.lists(st.integers(0, 7), min_size=1, max_size=5), min_size=1, max_size=8)
+SHARP = st.lists(st.tuples(st.integers(0, 7), st.integers(0, 7), st.floats(-1, 12)), max_size=4)
+
+
+@examples(60)
+@given(
+    faces=FACES,
+    sharp=SHARP,
+    flat=st.booleans(),
+    scheme=st.sampled_from(("catmullClark", "bilinear", "loop")),
+    border=st.sampled_from(("none", "edgeOnly", "edgeAndCorner")),
+    seams=st.sampled_from(
+        ("none", "cornersOnly", "cornersPlus1", "cornersPlus2", "boundaries", "all")
+    ),
+)
+def test_every_topology_can_be_subdivided(
+    mi: Any,
+    tmp_path: Path,
+    faces: Any,
+    sharp: Any,
+    flat: bool,
+    scheme: str,
+    border: str,
+    seams: str,
+) -> None:
+    from weaveusd.render.translate import translate
+
+    stage = new_stage(Path(tempfile.mkdtemp(dir=tmp_path)) / "mesh.usda")
+    indices = [k for face in faces for k in face]
+    points = [(k % 2, k // 2 % 2, 0 if flat else k // 4) for k in range(8)]
+    uv = [(n % 3, n % 2) for n in range(len(indices))]
+    mesh = add_mesh(stage, "/World/Odd", points, [len(f) for f in faces], indices, st=uv)
+    bind(mesh, preview_material(stage, diffuseColor=(0.5, 0.5, 0.5))[0])
+    mesh.GetSubdivisionSchemeAttr().Set(scheme)
+    mesh.CreateInterpolateBoundaryAttr(border)
+    mesh.CreateFaceVaryingLinearInterpolationAttr(seams)
+    mesh.CreateCreaseIndicesAttr([k for a, b, _ in sharp for k in (a, b)])
+    mesh.CreateCreaseLengthsAttr([2] * len(sharp))
+    mesh.CreateCreaseSharpnessesAttr([s for _, _, s in sharp])
+    mesh.CreateCornerIndicesAttr([a for a, _, _ in sharp])
+    mesh.CreateCornerSharpnessesAttr([s for _, _, s in sharp])
+    add_mesh(stage, "/World/Sound")
+    add_dome(stage)
+    made = translate(stage, width=2, height=2)
+    for shape in made.scene.shapes():
+        found = mi.traverse(shape)
+        for name in ("vertex_positions", "vertex_normals", "vertex_texcoords"):
+            assert np.isfinite(np.array(found[name])).all() if name in found else True

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import numpy as np
@@ -74,3 +75,14 @@ def test_vertices_are_shared_only_where_all_their_values_agree() -> None:
     cut = split(triangles, indices, {"uv": seam})
     assert len(cut.source) == 6
     np.testing.assert_array_equal(indices[cut.source][cut.triangles], [[0, 1, 2], [0, 2, 3]])
+
+
+def test_many_concave_quadrangles_are_cut_at_once() -> None:
+    dart = np.array([(0, 0, 0), (2, -1, 0), (0.5, 0, 0), (2, 1, 0)], float)  # inward at the third
+    count = 200_000
+    begin = time.process_time()
+    found = triangulate(np.full(count, 4), dart, np.tile(np.arange(4), count), reverse=False)
+    assert time.process_time() - begin < 3
+    inside = [area_vector(dart, piece[None] % 4)[2] for piece in found.corners[:2]]
+    assert sum(inside) == pytest.approx(area_vector(dart, np.array([(0, 1, 2), (0, 2, 3)]))[2])
+    assert len({v > 0 for v in inside}) == 1

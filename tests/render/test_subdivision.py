@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from weaveusd.render.face_varying import INTERPOLATIONS, carry_corners
 from weaveusd.render.subdivision import levels_for, refine
-from weaveusd.render.topology import connect
+from weaveusd.render.topology import connect, fans
 
 CUBE = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 QUADS = np.array(
@@ -182,3 +183,17 @@ def test_levels_are_bounded_by_memory(faces: int, scheme: Any) -> None:
     assert first * 4 ** (levels - 1) <= max(1 << 15, first)
     assert levels_for(np.full(1 << 22, 4), scheme) == 0
     assert levels_for(np.zeros(0, int), scheme) == 0
+
+
+def test_corners_of_a_vertex_are_one_fan_unless_a_crease_parts_them() -> None:
+    n = 20_000
+    rim = np.arange(1, n + 1)
+    cone = np.stack((np.zeros(n, int), rim, np.roll(rim, -1)), axis=1)
+    begin = time.process_time()
+    label = fans(cage(cone, n + 1))
+    assert time.process_time() - begin < 2
+    assert len(set(label[0::3])) == 1
+    for creases, parts in ((1, 1), (2, 2), (5, 5)):
+        edges = [(0, 1 + k * (n // 5)) for k in range(creases)]
+        label = fans(cage(cone, n + 1, edges, np.full(creases, 2.0)))
+        assert len(set(label[0::3])) == parts

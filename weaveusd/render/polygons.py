@@ -55,9 +55,14 @@ def triangulate(counts: Indices, points: Doubles, indices: Indices, reverse: boo
         fan = np.stack(
             [np.zeros(count - 2, int), np.arange(1, count - 1), np.arange(2, count)], axis=1
         )
+        if count == 4:
+            # A fan about the vertex that turns inward lies inside.
+            inward = np.argmin(_bends(points[indices[corner]]), axis=1)
+            corner = np.take_along_axis(corner, (inward[:, None] + np.arange(4)) % 4, axis=1)
         pieces = corner[:, fan]  # (F, count - 2, 3)
-        if 3 < count <= MAX_CONCAVE:
-            for k in np.flatnonzero(~_convex(points[indices[corner]])):
+        if 4 < count <= MAX_CONCAVE:
+            bent = (_bends(points[indices[corner]]) < 0).any(axis=1)
+            for k in np.flatnonzero(bent):
                 pieces[k] = corner[k][_clip_ears(points[indices[corner[k]]])]
         corners.append(pieces.reshape(-1, 3))
         faces.append(np.repeat(face, count - 2))
@@ -136,14 +141,15 @@ def _area_vector(polygons: Doubles) -> Doubles:
     return np.asarray(np.cross(polygons, np.roll(polygons, -1, axis=-2)).sum(axis=-2))
 
 
-def _convex(polygons: Doubles) -> NDArray[np.bool_]:
-    """Return which of the polygons (F, n, 3) turn the same way at every vertex."""
+def _bends(polygons: Doubles) -> Doubles:
+    """Return how polygons (F, n, 3) turn at each vertex, (F, n): negative where inward, else 0."""
     centered = polygons - polygons.mean(axis=1, keepdims=True)
     normal = _area_vector(centered)
     incoming = centered - np.roll(centered, 1, axis=1)
     turn = np.cross(incoming, np.roll(incoming, -1, axis=1))
     bend = np.einsum("fnk,fk->fn", turn, normal)
-    return np.asarray((bend >= -1e-12 * np.sum(normal * normal, axis=1, keepdims=True)).all(axis=1))
+    least = -1e-12 * np.sum(normal * normal, axis=1, keepdims=True)
+    return np.where(bend < least, bend, 0.0)
 
 
 def _clip_ears(polygon: Doubles) -> Indices:
