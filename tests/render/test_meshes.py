@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, UsdGeom, UsdShade, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
 
 from tests.render.stages import (
     add_camera,
@@ -248,3 +248,51 @@ def test_opacity_of_a_vertex_is_a_mask(mi: Any, stage: Any) -> None:
     inside = np.abs(x) < 0.95
     np.testing.assert_allclose(row[inside], 1 - (x[inside] + 1) / 2, atol=0.12)
     assert losses == []
+
+
+ST = {
+    "constant": ([0], [0] * 8),
+    "uniform": ([1, 2], [1] * 4 + [2] * 4),
+    "vertex": ([0, 1, 2, 3, 4, 5], STRIP_FACES),
+    "varying": ([0, 1, 2, 3, 4, 5], STRIP_FACES),
+    "faceVarying": (list(range(8)), list(range(8))),
+}
+
+
+@pytest.mark.parametrize("scheme", ["none", "bilinear"])
+@pytest.mark.parametrize("indexed", [False, True])
+@pytest.mark.parametrize("how", list(ST))
+def test_coordinates_of_every_interpolation_reach_their_corners(
+    stage: Any, how: str, indexed: bool, scheme: str
+) -> None:
+    from weaveusd.render.meshes import corner_primvar, read_surface
+    from weaveusd.render.model import Losses
+
+    mesh = add_mesh(stage, points=STRIP, counts=(4, 4), indices=STRIP_FACES, st=None)
+    mesh.GetSubdivisionSchemeAttr().Set(scheme)
+    numbers, expected = ST[how]
+    values = [Gf.Vec2f(k, -k) for k in numbers]
+    primvar = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, how)
+    primvar.Set(values[::-1] if indexed else values)
+    if indexed:
+        primvar.SetIndices(Vt.IntArray(list(range(len(values)))[::-1]))
+    losses, now = Losses(), Usd.TimeCode.Default()
+    surface = read_surface(mesh.GetPrim(), now, losses)
+    found = corner_primvar(mesh.GetPrim(), "st", 2, surface, now, losses)
+    assert losses.as_tuple() == ()
+    assert found is not None
+    if scheme == "bilinear":  # the first corners of the refined faces are those of the cage
+        pieces = len(found) // 8
+        found = found[::pieces] if how in ("constant", "uniform") else cage_corners(surface, found)
+    np.testing.assert_allclose(found[:, 0], expected)
+    np.testing.assert_allclose(found[:, 1], -np.array(expected))
+
+
+def cage_corners(surface: Any, values: Any) -> Any:
+    """The values at the corners of the cage: those of the pieces that lie at its points."""
+    face = np.zeros(len(values), int)
+    face[surface.triangles.corners.ravel()] = np.repeat(surface.triangles.face, 3)
+    at = {}
+    for corner, (vertex, owner) in enumerate(zip(surface.indices, face, strict=True)):
+        at[vertex, owner] = values[corner]
+    return np.array([at[v, k // 4] for k, v in enumerate(STRIP_FACES)])
