@@ -14,7 +14,7 @@ from weaveusd.draft.write import write_wif
 from weaveusd.errors import RendererUnavailableError
 from weaveusd.render import variant
 from weaveusd.render.gain import albedos
-from weaveusd.shading.measured import measured
+from weaveusd.shading.measured import measured, texels_of
 from weaveusd.shading.normalization import normalization
 from weaveusd.synth.textures import synthesize
 from weaveusd.yarn.recipe import read_preset
@@ -72,7 +72,7 @@ def test_a_swatch_measures_as_its_yarns_color(preset):
     textures = synthesize(made, resolution=256)
     arrays = dict(textures.whole())
     even = np.broadcast_to(np.array(color, np.float32), arrays["base_color"].shape)
-    gains = [yarn.gain for yarn in measured(made, textures)]
+    gains = [yarn.gain for yarn in measured(made, texels_of(made, textures))]
     arrays["base_color"] = albedos(even, arrays["yarn_id"], gains, len(gains))
     # Specular excluded: no surface lobe, while N_V stays that of the whole.
     optics = [yarn.optics for yarn in made.yarns]

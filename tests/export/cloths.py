@@ -6,7 +6,13 @@ import numpy as np
 
 from weaveusd.cloth.model import Floats, Weave
 from weaveusd.contract import CHANNELS, GAP
-from weaveusd.shading.material import ClothMaterial, Provenance, StandardFit
+from weaveusd.shading.material import (
+    ClothMaterial,
+    FitErrors,
+    Provenance,
+    StandardFit,
+    StandardFits,
+)
 from weaveusd.shading.measured import Measured
 from weaveusd.synth.model import Band, TextureSet
 from weaveusd.yarn.model import Optics, System, Yarn
@@ -103,6 +109,7 @@ def texture_set(width: int = 32, height: int = 48) -> TextureSet:
 
 
 FIT = StandardFit(alpha_along=0.2, alpha_across=0.8, f0=0.045)
+FITS = StandardFits(FIT, (FIT, FIT), StandardFit(0.4, 0.4, 0.045), FitErrors(0.2, 0.25, 0.4))
 PER_YARN = {"roughness": (0.7, 0.6), "anisotropy": (0.75, 0.5)}
 
 
@@ -113,8 +120,7 @@ def cloth(name: str = "plain", *, title: str = "Plain weave", size: int = 32) ->
         textures=texture_set(size, size * 3 // 2),
         normalization=(1.8608, 1.75),
         measured=(Measured(1.5, (0.2, 0.2, 0.1)), Measured(1.25, (0.3, 0.25, 0.125))),
-        fit=FIT,
-        yarn_fits=(FIT, FIT),
+        fits=FITS,
         provenance=Provenance(
             draft_title=title,
             draft_sha256="0" * 64,

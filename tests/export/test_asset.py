@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from pxr import Sdf, Sdr, Usd, UsdGeom, UsdShade, UsdUtils, UsdValidation
 
-from tests.export.cloths import cloth, yarn
+from tests.export.cloths import FIT, FITS, cloth, yarn
 from weaveusd import stage as stages
 from weaveusd.contract import (
     CHANNELS,
@@ -322,9 +322,10 @@ def broken_cloths() -> list[ClothMaterial]:
         replace(material, name="a b"),
         replace(material, name="look"),
         replace(material, normalization=(1.0,)),
-        replace(material, fit=StandardFit(0.8, 0.2, 0.04)),
-        replace(material, fit=StandardFit(0.0, 0.2, 0.04)),
-        replace(material, fit=StandardFit(0.1, 0.2, 1.0)),
+        replace(material, fits=replace(FITS, together=StandardFit(0.8, 0.2, 0.04))),
+        replace(material, fits=replace(FITS, isotropic=StandardFit(0.0, 0.2, 0.04))),
+        replace(material, fits=replace(FITS, yarns=(FIT, StandardFit(0.1, 0.2, 1.0)))),
+        replace(material, fits=replace(FITS, yarns=(FIT,))),
     ]
 
 

@@ -47,8 +47,7 @@ def flat_cloth(fibre: tuple[float, float, float], folder: Path) -> Path:
         replace(
             material,
             textures=replace(texture_set(), band=band),
-            fit=fit,
-            yarn_fits=(fit, fit),
+            fits=replace(material.fits, together=fit, yarns=(fit, fit)),
         ),
         folder,
     )

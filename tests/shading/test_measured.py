@@ -10,7 +10,7 @@ import pytest
 from weaveusd.cloth.weave import weave
 from weaveusd.draft.make import make_draft
 from weaveusd.shading import laws
-from weaveusd.shading.measured import measured, texel_reflectance, white_reflectances
+from weaveusd.shading.measured import measured, texel_reflectance, texels_of, white_reflectances
 from weaveusd.shading.microcylinder import Parameters, evaluate
 from weaveusd.synth.textures import synthesize
 from weaveusd.yarn.recipe import read_preset
@@ -59,7 +59,7 @@ def test_a_texel_sends_back_what_the_reference_integrates_to(preset, tilt):
 def test_a_few_texels_measure_as_all_of_them(preset):
     made, textures = cloth(preset)
     texels = textures.whole()
-    for yarn, white in enumerate(white_reflectances(made, textures)):
+    for yarn, white in enumerate(white_reflectances(made, texels_of(made, textures))):
         own = texels["yarn_id"][..., 0] == yarn
         n, t = (texels[name][own].astype(float) for name in ("normal", "tangent"))
         assert white == pytest.approx(texel_reflectance(n, t, made.yarns[yarn].optics), rel=0.01)
@@ -67,22 +67,24 @@ def test_a_few_texels_measure_as_all_of_them(preset):
 
 def test_the_resolution_of_the_textures_hardly_matters():
     coarse, fine = (
-        np.array(white_reflectances(*cloth("denim", resolution))) for resolution in (96, 512)
+        np.array(white_reflectances(made, texels_of(made, textures)))
+        for made, textures in (cloth("denim", resolution) for resolution in (96, 512))
     )
     np.testing.assert_allclose(coarse, fine, rtol=0.02)
 
 
 def test_a_color_that_can_be_reached_is_reached():
     made, textures = cloth("linen", color=(0.3, 0.2, 0.1))
-    for yarn, white in zip(measured(made, textures), white_reflectances(made, textures),
-                           strict=True):  # fmt: skip
+    texels = texels_of(made, textures)
+    whites = white_reflectances(made, texels)
+    for yarn, white in zip(measured(made, texels), whites, strict=True):
         assert yarn.reached == (0.3, 0.2, 0.1)
         assert yarn.gain * white == pytest.approx(1, rel=1e-4)
 
 
 def test_a_color_out_of_reach_keeps_its_hue_and_no_albedo_exceeds_one():
     made, textures = cloth("polyester", color=(0.9, 0.6, 0.3))
-    for yarn in measured(made, textures):
+    for yarn in measured(made, texels_of(made, textures)):
         assert yarn.gain * 0.9 == pytest.approx(1, rel=1e-4)
         red, green, blue = yarn.reached
         assert red < 0.7
@@ -95,18 +97,20 @@ def test_the_lightest_part_of_a_mixture_keeps_its_place():
     uneven = replace(made.yarns[0].irregularity, melange=(((0.9, 0.9, 0.9), 0.5),
                                                           ((0.1, 0.1, 0.1), 0.5)))  # fmt: skip
     mixed = replace(made, yarns=tuple(replace(y, irregularity=uneven) for y in made.yarns))
-    for yarn in measured(mixed, textures):
+    for yarn in measured(mixed, texels_of(mixed, textures)):
         assert yarn.gain == pytest.approx(1 / 0.9, rel=1e-4)
 
 
 def test_a_yarn_that_no_texel_shows_keeps_its_color():
     made, textures = cloth("linen")
     hidden = replace(made, yarns=(*made.yarns, made.yarns[0]))
-    last = measured(hidden, textures)[-1]
+    last = measured(hidden, texels_of(hidden, textures))[-1]
     assert last.gain == 1.0
     assert last.reached == made.yarns[0].color
 
 
 def test_the_same_cloth_has_the_same_gains():
     made, textures = cloth("houndstooth")
-    assert measured(made, textures) == measured(made, synthesize(made, resolution=128, jobs=1))
+    assert measured(made, texels_of(made, textures)) == measured(
+        made, texels_of(made, synthesize(made, resolution=128, jobs=1))
+    )

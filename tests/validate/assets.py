@@ -16,7 +16,13 @@ from weaveusd.cloth.model import Floats, Weave
 from weaveusd.contract import GAP
 from weaveusd.export.asset import write_asset
 from weaveusd.export.manifest import list_files, write_manifest
-from weaveusd.shading.material import ClothMaterial, Provenance, StandardFit
+from weaveusd.shading.material import (
+    ClothMaterial,
+    FitErrors,
+    Provenance,
+    StandardFit,
+    StandardFits,
+)
 from weaveusd.shading.measured import Measured
 from weaveusd.synth.model import Band, TextureSet
 from weaveusd.yarn.model import RGB, Optics, System, Yarn
@@ -69,6 +75,7 @@ def yarn(name: str, system: System, color: RGB) -> Yarn:
 
 
 FIT = StandardFit(alpha_along=0.2, alpha_across=0.8, f0=0.045)
+FITS = StandardFits(FIT, (FIT, FIT), StandardFit(0.4, 0.4, 0.045), FitErrors(0.2, 0.25, 0.4))
 
 
 def surface(warp_up: Bools, colors: tuple[RGB, RGB], cell: int = CELL) -> Channels:
@@ -191,8 +198,7 @@ def cloth(
         textures=TextureSet(width, height, repeat_mm, 7, band),
         normalization=(1.8608, 1.75),
         measured=(Measured(1.5, yarns[0].color), Measured(1.25, yarns[1].color)),
-        fit=FIT,
-        yarn_fits=(FIT, FIT),
+        fits=FITS,
         provenance=PROVENANCE,
     )
 

@@ -61,7 +61,7 @@ def write_asset(
     _check(material, folder)
     textures = folder / TEXTURE_DIR
     textures.mkdir()
-    shadings = [standard_shading(fit) for fit in material.yarn_fits]
+    shadings = [standard_shading(fit) for fit in material.fits.yarns]
     per_yarn = {
         "roughness": [shading.openpbr_roughness for shading in shadings],
         "anisotropy": [shading.openpbr_anisotropy for shading in shadings],
@@ -88,13 +88,14 @@ def _check(material: ClothMaterial, folder: Path) -> None:
     if not folder.is_dir() or any(folder.iterdir()):
         raise ValueError(f"{folder}: expected an empty folder")
     yarns = len(material.weave.yarns)
-    counts = {yarns, len(material.normalization), len(material.yarn_fits)}
+    fits = material.fits
+    counts = {yarns, len(material.normalization), len(fits.yarns)}
     if not 1 <= yarns <= MAX_YARNS or len(counts) > 1:
         raise ValueError(
             f"{yarns} yarns with {len(material.normalization)} normalizations and "
-            f"{len(material.yarn_fits)} fits, expected 1 to {MAX_YARNS} with one each"
+            f"{len(fits.yarns)} fits, expected 1 to {MAX_YARNS} with one each"
         )
-    for fit in (material.fit, *material.yarn_fits):
+    for fit in (fits.together, fits.isotropic, *fits.yarns):
         standard_shading(fit)
 
 

@@ -47,9 +47,10 @@ def define_look(root: Sdf.PrimSpec, material: ClothMaterial, cover: float) -> No
     Raises
     ------
     ValueError
-        The fit of the cloth is out of range.
+        A fit of the cloth is out of range.
     """
-    shading = standard_shading(material.fit)
+    preview = standard_shading(material.fits.isotropic)
+    openpbr = standard_shading(material.fits.yarns[0])
     cloth, yarns, optics = cloth_values(material, cover), yarn_values(material), optics_of(material)
     prim = define_prim(root, MATERIAL_NAME, "Material")
     apply_schemas(
@@ -58,8 +59,8 @@ def define_look(root: Sdf.PrimSpec, material: ClothMaterial, cover: float) -> No
     author(prim, "config:mtlx:version", "string", MATERIALX_VERSION, uniform=True)
     _author_attributes(prim, cloth, yarns)
     _author_interface(prim, material.weave.repeat_mm)
-    define_preview_network(prim, shading)
-    define_openpbr_network(prim, shading)
+    define_preview_network(prim, preview)
+    define_openpbr_network(prim, openpbr)
     define_mitsuba_network(prim, optics, material.color_space)
 
 

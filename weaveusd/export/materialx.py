@@ -30,14 +30,14 @@ def write_materialx(material: ClothMaterial, path: Path) -> None:
     ValueError
         The fit of the cloth is out of range.
     """
-    shading = standard_shading(material.fit)
+    standard, openpbr = (standard_shading(f) for f in (material.fit, material.yarn_fits[0]))
     document = mx.createDocument()
     document.setVersionString(MATERIALX_VERSION)
     # Without a space of its own a document leaves sRGB textures undecoded, silently.
     document.setColorSpace("lin_rec709")
     graph = _add_graph(document, f"{material.name}_textures", material.weave.repeat_mm)
-    _add_openpbr(document, graph, material.name, shading)
-    _add_standard_surface(document, graph, f"{material.name}_standard_surface", shading)
+    _add_openpbr(document, graph, material.name, openpbr)
+    _add_standard_surface(document, graph, f"{material.name}_standard_surface", standard)
     path.write_text(mx.writeToXmlString(document), encoding="utf-8")
 
 
@@ -91,6 +91,7 @@ def _add_direction(graph: Any, name: str, file: str, texcoord: Any) -> Any:
 
 def _add_openpbr(document: Any, graph: Any, name: str, shading: StandardShading) -> None:
     surface = document.addNode("open_pbr_surface", f"{name}_surface", "surfaceshader")
+    _set_numbers(surface, "base_weight", "float", shading.base)
     _connect(surface, "specular_roughness", graph, "roughness_out")
     _connect(surface, "specular_roughness_anisotropy", graph, "anisotropy_out")
     _set_numbers(surface, "specular_ior", "float", shading.ior)
@@ -103,7 +104,7 @@ def _add_openpbr(document: Any, graph: Any, name: str, shading: StandardShading)
 
 def _add_standard_surface(document: Any, graph: Any, name: str, shading: StandardShading) -> None:
     surface = document.addNode("standard_surface", f"{name}_surface", "surfaceshader")
-    _set_numbers(surface, "base", "float", 1.0)
+    _set_numbers(surface, "base", "float", shading.base)
     _set_numbers(surface, "specular_roughness", "float", shading.standard_roughness)
     _set_numbers(surface, "specular_anisotropy", "float", shading.standard_anisotropy)
     _set_numbers(surface, "specular_IOR", "float", shading.ior)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from weaveusd.contract import SHADER_UV_SCALE, SHADER_VARNAME, TEXTURE_DIR
+from weaveusd.export.attributes import tidy
 from weaveusd.export.layers import connect, define_shader, interface_input
 
 if TYPE_CHECKING:
@@ -63,10 +64,11 @@ def define_openpbr_network(material: Sdf.PrimSpec, shading: StandardShading) -> 
         "MtlxSurface",
         "ND_open_pbr_surface_surfaceshader",
         {
+            "base_weight": ("float", tidy(shading.base)),
             "base_color": ("color3f", color),
             "specular_roughness": ("float", roughness),
             "specular_roughness_anisotropy": ("float", anisotropy),
-            "specular_ior": ("float", shading.ior),
+            "specular_ior": ("float", tidy(shading.ior)),
             "geometry_opacity": ("float", opacity),
             "geometry_normal": ("float3", normal),
             "geometry_tangent": ("float3", across),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from weaveusd.contract import SHADER_UV_SCALE, SHADER_VARNAME, TEXTURE_DIR
+from weaveusd.export.attributes import tidy
 from weaveusd.export.layers import connect, define_shader, interface_input
 
 if TYPE_CHECKING:
@@ -46,8 +47,10 @@ def define_preview_network(material: Sdf.PrimSpec, shading: StandardShading) -> 
         "scale": ("float4", (2.0, 2.0, 2.0, 1.0)),
         "bias": ("float4", (-1.0, -1.0, -1.0, 0.0)),
     }
+    # This shader has no weight for its base: the texture's reader scales the color.
+    weight: dict[str, tuple[str, object]] = {"scale": ("float4", (*[tidy(shading.base)] * 3, 1.0))}
     color = _texture(
-        material, "PreviewBaseColor", "base_color.png", "sRGB", repeats, ("rgb", "float3"), {}
+        material, "PreviewBaseColor", "base_color.png", "sRGB", repeats, ("rgb", "float3"), weight
     )
     normal = _texture(
         material, "PreviewNormal", "normal.png", "raw", repeats, ("rgb", "float3"), decode
@@ -64,9 +67,9 @@ def define_preview_network(material: Sdf.PrimSpec, shading: StandardShading) -> 
             "normal": ("normal3f", normal),
             "opacity": ("float", opacity),
             "opacityMode": ("token", "presence"),
-            "roughness": ("float", shading.preview_roughness),
+            "roughness": ("float", tidy(shading.preview_roughness)),
             "metallic": ("float", 0.0),
-            "ior": ("float", shading.ior),
+            "ior": ("float", tidy(shading.ior)),
             "useSpecularWorkflow": ("int", 0),
         },
         ("surface", "token"),
@@ -81,7 +84,7 @@ def _texture(
     space: str,
     st: Sdf.Path,
     output: tuple[str, str],
-    decode: dict[str, tuple[str, object]],
+    scaling: dict[str, tuple[str, object]],
 ) -> Sdf.Path:
     return define_shader(
         material,
@@ -93,7 +96,7 @@ def _texture(
             "st": ("float2", st),
             "wrapS": ("token", "repeat"),
             "wrapT": ("token", "repeat"),
-            **decode,
+            **scaling,
         },
         output,
     )

@@ -20,6 +20,7 @@ class StandardShading:
     """
 
     ior: float
+    base: float
     preview_roughness: float
     openpbr_roughness: float
     openpbr_anisotropy: float
@@ -38,23 +39,27 @@ def standard_shading(fit: StandardFit) -> StandardShading:
       ``a = 1 - α_b/α_t`` and ``r² = sqrt(α_t α_b)``.
     - UsdPreviewSurface is isotropic: ``r² = sqrt(α_t α_b)``.
 
-    The index of refraction has `f0` as its reflectance at normal incidence.
+    The index of refraction has `f0` as its reflectance at normal incidence; `base` is the weight
+    of the diffuse base in every shader.
 
     Raises
     ------
     ValueError
-        Unless 0 < `alpha_along` ≤ `alpha_across` ≤ 1 and 0 ≤ `f0` < 1.
+        Unless 0 < `alpha_along` ≤ `alpha_across` ≤ 1, 0 ≤ `f0` < 1 and 0 ≤ `base` ≤ 1.
     """
     along, across = fit.alpha_along, fit.alpha_across
     if not 0 < along <= across <= 1:
         raise ValueError(f"expected 0 < alpha_along ≤ alpha_across ≤ 1, got {along} and {across}")
     if not 0 <= fit.f0 < 1:
         raise ValueError(f"expected f0 in 0…1, got {fit.f0}")
+    if not 0 <= fit.base <= 1:
+        raise ValueError(f"expected base in 0…1, got {fit.base}")
     ratio = along / across
     mean = math.sqrt(along * across)
     root = math.sqrt(fit.f0)
     return StandardShading(
         ior=(1 + root) / (1 - root),
+        base=fit.base,
         preview_roughness=math.sqrt(mean),
         openpbr_roughness=math.sqrt(across * math.sqrt((1 + ratio**2) / 2)),
         openpbr_anisotropy=1 - ratio,

@@ -17,12 +17,39 @@ class StandardFit:
     """Parameters of the standard shaders for a yarn, or for the yarns of a cloth together.
 
     `alpha_along` and `alpha_across` are GGX roughnesses along the fibre and across it; the
-    highlight is narrow along the fibre. `f0` is the reflectance at normal incidence.
+    highlight is narrow along the fibre. `f0` is the reflectance at normal incidence, `base` the
+    weight of the diffuse base in the yarn's color.
     """
 
     alpha_along: float
     alpha_across: float
     f0: float
+    base: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class FitErrors:
+    """How far a shader's reflectance is from the exact cloth's: Σ |f̂ − f| / Σ f of the tile.
+
+    Over pairs of directions that were not fitted. `openpbr` has a lobe for each yarn,
+    `standard_surface` one for all yarns, `preview` one for all that knows no direction.
+    """
+
+    openpbr: float
+    standard_surface: float
+    preview: float
+
+
+@dataclass(frozen=True, slots=True)
+class StandardFits:
+    """The fits of a cloth: `yarns` one a yarn, with `f0` and `base` in common; `together` one for
+    all; `isotropic` one for all with `alpha_along` = `alpha_across`.
+    """
+
+    together: StandardFit
+    yarns: tuple[StandardFit, ...]
+    isotropic: StandardFit
+    errors: FitErrors
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +58,7 @@ class Provenance:
 
     draft_title: str
     draft_sha256: str
-    draft_wif: bytes  # the draft as clean WIF, without personal fields
+    draft_wif: bytes  # the draft as clean WIF; personal fields only where asked for
     shafts: int
     recipe: str
     recipe_source: str
@@ -42,9 +69,8 @@ class Provenance:
 class ClothMaterial:
     """A cloth ready for export.
 
-    `normalization`, `measured` and `yarn_fits` hold N_V, the gain of the albedo and the standard
-    shaders' parameters for each yarn of `weave.yarns`, in order; `fit` those of all together, for
-    shaders without textures.
+    `normalization` and `measured` hold N_V and the gain of the albedo for each yarn of
+    `weave.yarns`, in order.
     """
 
     name: str
@@ -52,11 +78,20 @@ class ClothMaterial:
     textures: TextureSet
     normalization: tuple[float, ...]
     measured: tuple[Measured, ...]
-    fit: StandardFit
-    yarn_fits: tuple[StandardFit, ...]
+    fits: StandardFits
     provenance: Provenance
 
     @property
     def color_space(self) -> ColorSpace:
         """Color space of the textures and of the yarns' colors."""
         return self.weave.color_space
+
+    @property
+    def fit(self) -> StandardFit:
+        """The standard shaders' parameters of all yarns together, for a shader without maps."""
+        return self.fits.together
+
+    @property
+    def yarn_fits(self) -> tuple[StandardFit, ...]:
+        """The standard shaders' parameters of each yarn; F0 and the base are common to all."""
+        return self.fits.yarns

@@ -10,6 +10,7 @@ is below A at most angles, a bent yarn faces away from some of the light, and so
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from weaveusd.shading.fibre import Doubles
     from weaveusd.synth.model import TextureSet
     from weaveusd.yarn.model import Optics, Yarn
+
+    Texels = tuple[Doubles, Doubles]
 
 VIEW = math.radians(8)
 VIEWS = 4
@@ -53,17 +56,17 @@ class Measured(NamedTuple):
     reached: tuple[float, float, float]
 
 
-def measured(weave: Weave, textures: TextureSet) -> tuple[Measured, ...]:
-    """Return how each of `weave.yarns` measures; one that no texel shows has gain 1."""
-    whites = white_reflectances(weave, textures)
+def measured(weave: Weave, texels: Sequence[Texels | None]) -> tuple[Measured, ...]:
+    """Return how each of `weave.yarns` measures from its `texels_of`; unseen ones have gain 1."""
+    whites = white_reflectances(weave, texels)
     return tuple(_fit(yarn, white) for yarn, white in zip(weave.yarns, whites, strict=True))
 
 
-def white_reflectances(weave: Weave, textures: TextureSet) -> tuple[float | None, ...]:
+def white_reflectances(weave: Weave, texels: Sequence[Texels | None]) -> tuple[float | None, ...]:
     """Return G, the d/8° reflectance of each yarn's volume lobe for A = 1; None where not seen."""
     return tuple(
-        None if texels is None else texel_reflectance(*texels, yarn.optics)
-        for yarn, texels in zip(weave.yarns, _texels(weave, textures), strict=True)
+        None if own is None else texel_reflectance(*own, yarn.optics)
+        for yarn, own in zip(weave.yarns, texels, strict=True)
     )
 
 
@@ -123,7 +126,7 @@ def _lit_azimuth(theta: Doubles, up: tuple[Doubles, Doubles, Doubles]) -> Double
     return np.asarray(np.sin(high) - np.sin(low))
 
 
-def _texels(weave: Weave, textures: TextureSet) -> list[tuple[Doubles, Doubles] | None]:
+def texels_of(weave: Weave, textures: TextureSet) -> list[Texels | None]:
     """Return normals and tangents of some texels of each yarn, (N, 3) each; None where not seen.
 
     Rows are taken that lie apart, however many there are, until each yarn has its texels.
@@ -147,7 +150,7 @@ def _texels(weave: Weave, textures: TextureSet) -> list[tuple[Doubles, Doubles] 
     return [_thinned(np.concatenate(own), wanted) if own else None for own in found]
 
 
-def _thinned(vectors: np.ndarray, wanted: int) -> tuple[Doubles, Doubles]:
+def _thinned(vectors: np.ndarray, wanted: int) -> Texels:
     """Return normals and tangents of `wanted` of the texels (N, 6), chosen by chance, seed 0.
 
     Any regular choice would step through the threads' own regularity.

@@ -1,0 +1,184 @@
+"""Standard shaders fitted to a cloth, and how far from it they stay (physics.md G).
+
+What is fitted is the reflectance of the whole tile: the mean over its texels, each in its own
+frame, since the standard networks read the same normals and directions of fibres as the exact
+one. A standard shader has a diffuse base in the yarn's color and one mirror-like lobe of GGX.
+The lobe's roughnesses are searched on a grid; the weight of the base and the reflectance F0, in
+which the tile's reflectance is nearly linear, follow by least squares within their bounds. Half
+of the pairs of directions are fitted, the error is that of the other half.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from weaveusd.shading.directions import pairs
+from weaveusd.shading.lobe import mean_albedo
+from weaveusd.shading.material import FitErrors, StandardFit, StandardFits
+from weaveusd.shading.tile import Part, tile_parts
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from weaveusd.cloth.model import Weave
+    from weaveusd.shading.fibre import Doubles
+    from weaveusd.shading.measured import Measured, Texels
+
+    Bools = NDArray[np.bool_]
+
+ALONG = tuple(round(0.03 ** (1 - k / 15), 4) for k in range(16))
+ACROSS = (0.3, 0.45, 0.6, 0.8, 1.0)
+ALPHAS = tuple((b, t) for t in ACROSS for b in ALONG if b < t) + tuple((a, a) for a in ALONG)
+"""Roughnesses (along, across) that are tried."""
+
+MOST_F0 = 0.25
+"""That of an index of refraction of 3, the highest that standard shaders foresee."""
+
+PAIRS = 256
+SWEEPS = 2
+DIGITS = 4
+"""Digits of what is published, so that a machine's last bit does not reach a file."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Solution:
+    """F0, weight of the base and the reflectance that they give, (P, 3)."""
+
+    f0: float
+    base: float
+    value: Doubles
+
+
+def fit_standard(
+    weave: Weave, texels: Sequence[Texels | None], measured: Sequence[Measured]
+) -> StandardFits:
+    """Return the standard shaders that come closest to the exact cloth, and their errors.
+
+    `texels` are those of each yarn (see `measured.texels_of`), in the order of `weave.yarns`.
+    """
+    wi, wo = pairs(PAIRS)
+    parts, owner = tile_parts(weave, texels, measured, wi, wo, ALPHAS)
+    tile = _Tile(parts, np.arange(PAIRS) // 4 % 2 == 0)
+    every = range(len(ALPHAS))
+    equal = [index for index, (along, across) in enumerate(ALPHAS) if along == across]
+
+    isotropic, preview = tile.shared(equal)
+    together, standard = tile.shared(every)
+    chosen, openpbr = tile.each(together)
+    fits = [_fit(choice, openpbr) for choice in chosen]
+    return StandardFits(
+        together=_fit(together, standard),
+        yarns=tuple(_fit(together, openpbr) if k is None else fits[k] for k in owner),
+        isotropic=_fit(isotropic, preview),
+        errors=FitErrors(tile.error(openpbr), tile.error(standard), tile.error(preview)),
+    )
+
+
+def _fit(choice: int, solution: _Solution) -> StandardFit:
+    along, across = ALPHAS[choice]
+    return StandardFit(along, across, round(solution.f0, DIGITS), round(solution.base, DIGITS))
+
+
+class _Tile:
+    """The parts of a tile, which pairs are fitted, and the search for what fits them."""
+
+    def __init__(self, parts: Sequence[Part], fitted: Bools) -> None:
+        self.parts, self.fitted = parts, fitted
+        self.exact: Doubles = np.sum([part.exact for part in parts], 0)
+        # Without weights nothing but the highlight's peak would count.
+        self.weight = fitted[:, None] / (self.exact + self.exact[fitted].mean())
+        albedos = [mean_albedo(round((along * across) ** 0.5, DIGITS)) for along, across in ALPHAS]
+        self.albedo = np.array(albedos)  # (A, 2): a and b in E = a F0 + b
+
+    def error(self, solution: _Solution) -> float:
+        """Return Σ |f̂ − f| / Σ f over the pairs that were not fitted."""
+        kept = ~self.fitted
+        off = np.abs(solution.value - self.exact)[kept].sum()
+        return round(float(off / self.exact[kept].sum()), 3)
+
+    def shared(self, candidates: Sequence[int]) -> tuple[int, _Solution]:
+        """Return the candidate that fits best where all parts have the same lobe."""
+        solutions = [(k, self.solve([k] * len(self.parts))) for k in candidates]
+        return min(solutions, key=lambda found: self._misfit(found[1].value))
+
+    def each(self, start: int) -> tuple[list[int], _Solution]:
+        """Return a candidate for each part, found in turns, beginning with `start` for all."""
+        chosen = [start] * len(self.parts)
+        solution = self.solve(chosen)
+        for _ in range(SWEEPS):
+            for index, part in enumerate(self.parts):
+                f0, base = solution.f0, solution.base
+                own = self._of_part(part, f0, base)
+                others = solution.value - own[chosen[index]]
+                misfits = [self._misfit(others + value) for value in own]
+                chosen[index] = int(np.argmin(misfits))
+                solution = self.solve(chosen)
+        return chosen, solution
+
+    def solve(self, chosen: Sequence[int]) -> _Solution:
+        """Return the weight of the base and F0 that fit best with these lobes.
+
+        The base receives what the lobe leaves of the light, which takes a few rounds.
+        """
+        lobe = sum(part.lobe[k] for part, k in zip(self.parts, chosen, strict=True))
+        edge = sum(part.edge[k] for part, k in zip(self.parts, chosen, strict=True))
+        direct, rim = np.asarray(lobe)[:, None], np.asarray(edge)[:, None]
+        f0, base = 0.04, 1.0
+        for _ in range(3):
+            diffuse = np.sum(
+                [
+                    part.diffuse * self._left(k, f0)
+                    for part, k in zip(self.parts, chosen, strict=True)
+                ],
+                0,
+            )
+            base, f0 = _bounded(diffuse, direct - rim, self.exact - rim, self.weight)
+        return _Solution(f0, base, base * diffuse + f0 * (direct - rim) + rim)
+
+    def _of_part(self, part: Part, f0: float, base: float) -> Doubles:
+        """Return what `part` reflects with every candidate, (A, P, 3)."""
+        left = 1 - f0 * self.albedo[:, 0] - self.albedo[:, 1]
+        shine = f0 * part.lobe + (1 - f0) * part.edge
+        return np.asarray(base * left[:, None, None] * part.diffuse + shine[..., None])
+
+    def _left(self, choice: int, f0: float) -> float:
+        direct, edge = self.albedo[choice]
+        return float(1 - f0 * direct - edge)
+
+    def _misfit(self, value: Doubles) -> float:
+        """Return the error of the fitted pairs, to so many digits that machines agree on it."""
+        off = np.abs(value - self.exact)[self.fitted].sum()
+        return round(float(off / self.exact[self.fitted].sum()), 9)
+
+
+def _bounded(a: Doubles, b: Doubles, y: Doubles, weight: Doubles) -> tuple[float, float]:
+    """Return x and z for which x a + z b comes closest to y, within 0…1 and 0…`MOST_F0`.
+
+    Of a convex problem in a box the best point is the free one, or on the border of one bound
+    that it breaks with the other number free within its own.
+    """
+    aa, ab, bb = (float(np.sum(weight * p * q)) for p, q in ((a, a), (a, b), (b, b)))
+    ay, by = float(np.sum(weight * a * y)), float(np.sum(weight * b * y))
+
+    def of_x(x: float) -> float:
+        return float(np.clip((by - ab * x) / max(bb, 1e-30), 0, MOST_F0))
+
+    def of_z(z: float) -> float:
+        return float(np.clip((ay - ab * z) / max(aa, 1e-30), 0, 1))
+
+    det = aa * bb - ab * ab
+    if det > 1e-12 * aa * bb:
+        x, z = (ay * bb - by * ab) / det, (by * aa - ay * ab) / det
+        if 0 <= x <= 1 and 0 <= z <= MOST_F0:
+            return x, z
+    corners = [(0.0, of_x(0)), (1.0, of_x(1)), (of_z(0), 0.0), (of_z(MOST_F0), MOST_F0)]
+    return min(
+        corners,
+        key=lambda p: aa * p[0] ** 2 + 2 * ab * p[0] * p[1] + bb * p[1] ** 2
+        - 2 * ay * p[0] - 2 * by * p[1],
+    )  # fmt: skip

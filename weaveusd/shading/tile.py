@@ -1,0 +1,137 @@
+"""The reflectance of a whole tile, exact and of the lobes that may stand in for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from weaveusd.shading.fibre import dot, facing
+from weaveusd.shading.lobe import components, fresnel_edge, halfway, mirror, squares
+from weaveusd.shading.microcylinder import Parameters, lobes
+from weaveusd.shading.normalization import normalization
+
+if TYPE_CHECKING:
+    from weaveusd.cloth.model import Weave
+    from weaveusd.shading.fibre import Doubles
+    from weaveusd.shading.measured import Measured, Texels
+    from weaveusd.yarn.model import Optics
+
+TEXELS, FEWEST = 384, 8
+"""Texels looked at, shared by the parts of the tile, and of one part."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """What yarns of one system and equal optics add to the tile's reflectance times cosine.
+
+    P pairs of directions, A candidates for the lobe.
+    """
+
+    exact: Doubles  # (P, 3) 1/sr
+    diffuse: Doubles  # (P, 3) of a Lambertian base in the yarns' colors
+    lobe: Doubles  # (A, P) of the mirror-like lobe, without Fresnel's factor
+    edge: Doubles  # (A, P) the same times (1 − c)⁵
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sample:
+    """Texels of a part: frames (N, 3), color and gain (N, 3), weight (N,) in the tile."""
+
+    normal: Doubles
+    tangent: Doubles
+    color: Doubles
+    albedo: Doubles
+    weight: Doubles
+
+
+def tile_parts(
+    weave: Weave,
+    texels: Sequence[Texels | None],
+    measured: Sequence[Measured],
+    wi: Doubles,
+    wo: Doubles,
+    alphas: Sequence[tuple[float, float]],
+) -> tuple[list[Part], list[int | None]]:
+    """Return the parts of the tile, and the index of each yarn's part.
+
+    Every yarn counts by its share of the face; one that no texel shows has no part.
+    """
+    members: dict[tuple[str, Optics], list[int]] = {}
+    for index, yarn in enumerate(weave.yarns):
+        if texels[index] is not None:
+            members.setdefault((yarn.system, yarn.optics), []).append(index)
+    share = shares(weave)
+    seen = sum(share[index] for group in members.values() for index in group)
+    wanted = max(FEWEST, TEXELS // max(len(members), 1))
+    parts: list[Part] = []
+    owner: list[int | None] = [None] * len(weave.yarns)
+    for (_, optics), group in members.items():
+        for index in group:
+            owner[index] = len(parts)
+        sample = _sample(weave, texels, measured, group, wanted, [s / seen for s in share])
+        parts.append(_part(sample, optics, wi, wo, alphas))
+    return parts, owner
+
+
+def shares(weave: Weave) -> tuple[float, ...]:
+    """Return the share of all crossings at which each yarn is on top."""
+    count = len(weave.yarns)
+    warp = np.bincount(weave.warp_yarn, weave.warp_up.sum(0), count)
+    weft = np.bincount(weave.weft_yarn, (~weave.warp_up).sum(1), count)
+    return tuple(float(s) for s in (warp + weft) / weave.warp_up.size)
+
+
+def _sample(
+    weave: Weave,
+    texels: Sequence[Texels | None],
+    measured: Sequence[Measured],
+    group: Sequence[int],
+    wanted: int,
+    share: Sequence[float],
+) -> _Sample:
+    each = max(1, wanted // len(group))
+    rows: list[tuple[Doubles, ...]] = []
+    for index in group:
+        found = texels[index]
+        if found is None:
+            continue
+        normal, tangent = (vectors[:each] for vectors in found)
+        count = len(normal)
+        color = np.tile(np.asarray(weave.yarns[index].color, float), (count, 1))
+        weight = np.full(count, share[index] / count)
+        rows.append((normal, tangent, color, color * measured[index].gain, weight))
+    return _Sample(*(np.concatenate(column) for column in zip(*rows, strict=True)))
+
+
+def _part(
+    sample: _Sample,
+    optics: Optics,
+    wi: Doubles,
+    wo: Doubles,
+    alphas: Sequence[tuple[float, float]],
+) -> Part:
+    view, light = (squares(w, sample.normal, sample.tangent) for w in (wi, wo))
+    half = squares(halfway(wi, wo), sample.normal, sample.tangent)
+    weight = sample.weight[:, None] * (components(sample.normal, wi) > 0)
+    weight = weight * (components(sample.normal, wo) > 0)
+    cosine = weight * np.sqrt(light.up) / np.pi
+    diffuse = np.stack([np.sum(cosine * sample.color[:, k, None], 0) for k in range(3)], -1)
+    lobe = np.stack([np.sum(weight * mirror(view, light, half, *alpha), 0) for alpha in alphas])
+    edge = lobe * fresnel_edge(dot(wi, halfway(wi, wo)))
+    return Part(_exact(sample, optics, wi, wo), diffuse, lobe, edge)
+
+
+def _exact(sample: _Sample, optics: Optics, wi: Doubles, wo: Doubles) -> Doubles:
+    """Return the mean over the texels of (f_R + A N_V f_V) |n·wo|, (P, 3) in 1/sr."""
+    o = optics
+    params = Parameters(o.eta, o.k_d, o.k_s, o.gamma_s, o.gamma_v, o.tau, 1.0)
+    normal, tangent = sample.normal[:, None], sample.tangent[:, None]
+    surface, volume = lobes(wi, wo, normal, tangent, params)
+    # Light that comes from behind the yarn and above the cloth is none (the side rule).
+    cosine = np.maximum(dot(facing(normal, wi[None]), wo), 0) * sample.weight[:, None]
+    n_v = normalization(o.eta, o.k_d, o.k_s, o.gamma_s, o.gamma_v)
+    surface, volume = surface * cosine, volume * cosine * n_v
+    return np.stack([np.sum(surface + sample.albedo[:, k, None] * volume, 0) for k in range(3)], -1)
