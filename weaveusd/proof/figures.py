@@ -12,7 +12,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from weaveusd.proof.curves import ALBEDO, Form, Parts, Plane, cut, from_above
+from weaveusd.proof.curves import ALBEDO, Form, Plane, cut, from_above
+from weaveusd.proof.marks import (
+    compass,
+    depth_of,
+    legend,
+    petal,
+    protractor,
+    thread,
+    viewer,
+    viridis,
+)
 from weaveusd.proof.sheet import (
     COLD_TO_HOT,
     FAINT,
@@ -51,27 +61,27 @@ def components(subject: Subject, forms: Sequence[Form], angles: Sequence[float])
 
     A second form is drawn by its total alone. The panels of a row share their scale.
     """
-    figure = new_figure(3.1 * len(angles) + 0.3, 5.4)
+    figure = new_figure(max(3.1 * len(angles) + 0.3, 7.2), 5.4)
     grid = figure.subplots(2, len(angles), squeeze=False)
     for row, (plane, title) in zip(grid, PLANES, strict=True):
         cuts = [[cut(subject, form, plane, angle) for form in forms] for angle in angles]
         reach = max(float(found.total.max()) for each in cuts for _, found in each)
-        depth = max(_depth(*found) for each in cuts for found in each) / reach
+        depth = max(depth_of(*found) for each in cuts for found in each) / reach
         for axes, angle, each in zip(row, angles, cuts, strict=True):
-            _protractor(axes, reach, depth)
-            _thread(axes, plane)
+            protractor(axes, reach, depth)
+            thread(axes, plane)
             turn, first = each[0]
             for value, color in ((first.surface, SURFACE), (first.volume, VOLUME)):
-                _petal(axes, turn, value / reach, color, filled=True)
-            _petal(axes, turn, first.total / reach, TOTAL)
+                petal(axes, turn, value / reach, color, filled=True)
+            petal(axes, turn, first.total / reach, TOTAL)
             for turn, other in each[1:]:
-                _petal(axes, turn, other.total / reach, OTHER, dashed=True)
-            _viewer(axes, angle)
+                petal(axes, turn, other.total / reach, OTHER, dashed=True)
+            viewer(axes, angle)
             axes.set_title(f"{title}, {math.degrees(angle):g}°", color="#333333")
     names = [("surface", SURFACE, "-"), ("volume", VOLUME, "-")]
     names += [(f"total, {forms[0].name}", TOTAL, "-")]
     names += [(f"total, {form.name}", OTHER, "--") for form in forms[1:]]
-    _legend(figure, [*names, ("mirror image of the viewer (arrow)", FAINT, ":")])
+    legend(figure, [*names, ("mirror image of the viewer (arrow)", FAINT, ":")])
     figure.suptitle(_title(subject), fontsize=11)
     return figure
 
@@ -85,7 +95,7 @@ def cone(subject: Subject, form: Form, angles: Sequence[float]) -> Figure:
     from matplotlib.colors import LogNorm
 
     sides = (False, True) if subject.optics.tau > 0 else (False,)
-    figure = new_figure(2.7 * len(angles) + 0.7, 2.75 * len(sides) + 0.7)
+    figure = new_figure(max(2.7 * len(angles) + 0.7, 6.4), 2.75 * len(sides) + 0.7)
     grid = figure.subplots(len(sides), len(angles), squeeze=False)
     pictures = [
         [from_above(subject, form, angle, PIXELS, below=side) for angle in angles] for side in sides
@@ -97,7 +107,7 @@ def cone(subject: Subject, form: Form, angles: Sequence[float]) -> Figure:
             bare(axes)
             axes.imshow(picture, norm=colors, cmap=COLD_TO_HOT, extent=(-1, 1, -1, 1),
                         interpolation="bilinear")  # fmt: skip
-            _compass(axes, angle, below=below)
+            compass(axes, angle, below=below)
             what = "through the yarn" if below else "reflected"
             axes.set_title(f"{what}, {math.degrees(angle):g}°", color="#333333")
     bar = figure.colorbar(
@@ -118,20 +128,20 @@ def side_by_side(subjects: Sequence[Subject], form: Form, angles: Sequence[float
     cuts_of = [[cut(subject, form, "along", angle) for angle in angles] for subject in subjects]
     reaches = [max(float(found.total.max()) for _, found in cuts) for cuts in cuts_of]
     depth = max(
-        _depth(*found) / reach
+        depth_of(*found) / reach
         for cuts, reach in zip(cuts_of, reaches, strict=True)
         for found in cuts
     )
     for axes, subject, cuts, reach in zip(panels, subjects, cuts_of, reaches, strict=False):
-        _protractor(axes, reach, depth)
-        _thread(axes, "along")
+        protractor(axes, reach, depth)
+        thread(axes, "along")
         for (turn, found), shade in zip(cuts, shades, strict=False):
-            _petal(axes, turn, found.total / reach, _viridis(shade))
+            petal(axes, turn, found.total / reach, viridis(shade))
         axes.set_title(subject.name, color="#333333")
-    _legend(
+    legend(
         figure,
         [
-            (f"seen from {math.degrees(angle):g}°", _viridis(shade), "-")
+            (f"seen from {math.degrees(angle):g}°", viridis(shade), "-")
             for angle, shade in zip(angles, shades, strict=False)
         ],
     )
@@ -160,7 +170,7 @@ def gaussian_against_cauchy(
         axes.grid(axis="y", color="#e4e4e4", lw=0.6)
         axes.set_title(subject.name, color="#333333")
     colors = zip(forms, (TOTAL, OTHER), strict=True)
-    _legend(figure, [(form.name, color, "-") for form, color in colors]
+    legend(figure, [(form.name, color, "-") for form, color in colors]
             + [("the surface lobe alone", FAINT, "--")])  # fmt: skip
     figure.suptitle(
         f"f |n·ωo| in 1/sr over the angle in the plane of the fibre, seen from "
@@ -184,84 +194,3 @@ def _small_multiples(count: int, side: float) -> tuple[Figure, list[Axes]]:
     for empty in panels[count:]:
         empty.set_axis_off()
     return figure, panels
-
-
-def _depth(turn: Doubles, found: Parts) -> float:
-    """Return how far what comes through the yarn reaches down."""
-    return float(np.max(-np.cos(turn) * found.total))
-
-
-def _protractor(axes: Axes, reach: float, depth: float) -> None:
-    """Draw rings and rays for values up to `reach`, cut off below `depth` of it."""
-    bare(axes)
-    low = -max(1.15 * depth, 0.12)
-    angles = np.linspace(-np.pi / 2, np.pi / 2, 181)
-    step = _round_step(reach)
-    for ring in np.arange(step, reach * (1 + 1e-9), step) / reach:
-        axes.plot(ring * np.sin(angles), ring * np.cos(angles), color="#dddddd", lw=0.6, zorder=0)
-        axes.text(ring, -0.015, f"{ring * reach:.3g}", ha="center", va="top", fontsize=6.5,
-                  color=FAINT)  # fmt: skip
-    for ray in np.radians(np.arange(-90, 91, 30)):
-        axes.plot([0, np.sin(ray)], [0, np.cos(ray)], color="#e6e6e6", lw=0.6, zorder=0)
-    axes.set_xlim(-1.08, 1.08)
-    axes.set_ylim(low, 1.1)
-
-
-def _round_step(reach: float) -> float:
-    """Return 1, 2 or 5 times a power of ten, of which two to five fit into `reach`."""
-    power = 10.0 ** math.floor(math.log10(reach / 2))
-    return next(power * k for k in (5.0, 2.0, 1.0) if power * k <= reach / 2)
-
-
-def _petal(
-    axes: Axes, turn: Doubles, radius: Doubles, color: str, *, filled: bool = False,
-    dashed: bool = False,
-) -> None:  # fmt: skip
-    x, y = -radius * np.sin(turn), radius * np.cos(turn)
-    if filled:
-        axes.fill(x, y, color=color, alpha=0.18, lw=0)
-    axes.plot(x, y, color=color, lw=1.3, ls=(0, (4, 2)) if dashed else "-")
-
-
-def _thread(axes: Axes, plane: Plane) -> None:
-    """Draw the yarn at the origin: a bar along the fibre, a disk across it."""
-    if plane == "along":
-        axes.plot([-0.09, 0.09], [0, 0], color="#777777", lw=4, solid_capstyle="round", zorder=5)
-    else:
-        axes.plot([0], [0], "o", color="#777777", ms=6, zorder=5)
-
-
-def _viewer(axes: Axes, angle: float) -> None:
-    """Draw where the viewer is, and where a mirror would look."""
-    x, y = -math.sin(angle), math.cos(angle)
-    axes.annotate("", (0.72 * x, 0.72 * y), (1.06 * x, 1.06 * y),
-                  arrowprops={"arrowstyle": "-|>", "color": "#555555", "lw": 0.9})  # fmt: skip
-    axes.plot([0, -x], [0, y], color=FAINT, lw=0.8, ls=":")
-
-
-def _compass(axes: Axes, angle: float, *, below: bool) -> None:
-    """Draw the rim, rings every 30°, the fibre's direction, the viewer and the mirrored cone."""
-    turn = np.linspace(0, 2 * np.pi, 241)
-    for ring in (1 / 3, 2 / 3, 1.0):
-        axes.plot(ring * np.cos(turn), ring * np.sin(turn), color="white", lw=0.5, alpha=0.35)
-    axes.plot([-1.06, -1.0], [0, 0], color="#777777", lw=3)
-    axes.plot([1.0, 1.06], [0, 0], color="#777777", lw=3)
-    if not below:
-        axes.plot([-angle / (np.pi / 2)], [0], "o", mfc="none", mec="#4dd2ff", ms=6, mew=1.2)
-    axes.set_xlim(-1.08, 1.08)
-    axes.set_ylim(-1.08, 1.08)
-
-
-def _legend(figure: Figure, names: Sequence[tuple[str, str, str]]) -> None:
-    """Draw one line for each label, color and line style below the panels."""
-    from matplotlib.lines import Line2D
-
-    lines = [Line2D([], [], color=c, ls=style, lw=1.6, label=name) for name, c, style in names]
-    figure.legend(handles=lines, loc="outside lower center", ncols=len(lines), fontsize=8.5)
-
-
-def _viridis(share: float) -> str:
-    from matplotlib import colormaps
-    from matplotlib.colors import to_hex
-
-    return str(to_hex(colormaps["viridis"](share)))
