@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-import secrets
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +10,7 @@ from weaveusd.draft.picture import MAX_PIXELS, draft_picture
 from weaveusd.draft.transform import invert, mirror, repeat, rotate
 from weaveusd.draft.wif import read_wif
 from weaveusd.draft.write import write_wif
-from weaveusd.errors import WeaveusdError
+from weaveusd.files import write_whole
 
 if TYPE_CHECKING:
     from weaveusd.draft.model import Draft
@@ -70,19 +67,7 @@ def save_draft(draft: Draft, path: Path) -> None:
     WeaveusdError
         When the draft is too large for a WIF or the file cannot be written.
     """
-    data = write_wif(draft)
-    part = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
-    try:
-        with part.open("xb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    except (OSError, ValueError) as error:
-        with contextlib.suppress(OSError, ValueError):
-            part.unlink(missing_ok=True)
-        reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
-        raise WeaveusdError(f"{path}: cannot be written: {reason}") from error
+    write_whole(path, write_wif(draft))
 
 
 def save_picture(draft: Draft, path: Path) -> None:

@@ -52,5 +52,17 @@ class VersionConflictError(WeaveusdError):
     exit_status = 5
 
 
+class HookRefusedError(WeaveusdError):
+    """The command that is asked before a publish refused it; nothing was written."""
+
+    exit_status = 6
+
+
+class HookFailedError(WeaveusdError):
+    """The command that is told of a publish failed; the version is there and stays."""
+
+    exit_status = 7
+
+
 class RendererUnavailableError(WeaveusdError):
     """No renderer can run on this machine; the message says what to install."""

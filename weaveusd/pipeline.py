@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from weaveusd.render.run import RenderResult
     from weaveusd.shading.material import ClothMaterial
     from weaveusd.validate.model import Report
+    from weaveusd.validate.verify import Verification
     from weaveusd.yarn.model import Recipe
 
 Progress = Callable[[float], None]
@@ -70,6 +71,8 @@ def publish(
     seed: int = 0,
     color_space: str = "lin_rec709",
     version: str = "next",
+    keep_personal: bool = False,
+    dry_run: bool = False,
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> Publication:
@@ -100,6 +103,12 @@ def publish(
         Rec.709 keeps its saturation.
     version
         ``next``, or one such as ``v003``.
+    keep_personal
+        Keep the draft's author, address, e-mail, telephone and fax in the asset's ``draft.wif``.
+        They are left out of everything else in any case.
+    dry_run
+        Make and check the asset in a temporary folder, touch nothing below `root`, and say what
+        would have been published: the status is ``would-publish`` or ``unchanged``.
     jobs
         Threads that compute and encode, by default one a core; any number gives the same bytes.
     progress
@@ -113,10 +122,12 @@ def publish(
         The asset failed its own checks; nothing was written.
     VersionConflictError
         The version asked for exists with other content.
+    WeaveusdError
+        The disk refused.
     """
     from weaveusd.export.asset import write_asset
     from weaveusd.export.names import safe_name
-    from weaveusd.export.publish import publish_asset
+    from weaveusd.export.publish import plan_asset, publish_asset
 
     started = time.perf_counter()
     tell = progress or (lambda share: None)
@@ -129,7 +140,14 @@ def publish(
     material_recipe = read_recipe(preset=preset, recipe=recipe)
     name = safe_name(name or f"{Path(draft).stem}_{material_recipe.name}")
     material = make_material(
-        draft, material_recipe, name, patch=patch, seed=seed, color_space=space, jobs=jobs
+        draft,
+        material_recipe,
+        name,
+        patch=patch,
+        seed=seed,
+        color_space=space,
+        keep_personal=keep_personal,
+        jobs=jobs,
     )
     tell(0.05)
     findings = [_recipe_finding(warning) for warning in material.weave.warnings]
@@ -156,7 +174,8 @@ def publish(
                 f"{name}: nothing published: {worst.code}: {worst.message}", findings
             )
 
-    asset = publish_asset(Path(root), name, write, check, version)
+    settle = plan_asset if dry_run else publish_asset
+    asset = settle(Path(root), name, write, check, version)
     tell(1.0)
     return Publication(
         asset, findings, time.perf_counter() - started, _colors_out_of_reach(material)
@@ -182,10 +201,12 @@ def make_material(
     patch: Patch,
     seed: int = 0,
     color_space: ColorSpace = "lin_rec709",
+    keep_personal: bool = False,
     jobs: int | None = None,
 ) -> ClothMaterial:
     """Return the material of a patch of the WIF file `draft` and `recipe`, in memory."""
     from weaveusd.cloth.weave import weave
+    from weaveusd.draft.personal import personal_fields
     from weaveusd.draft.wif import load_wif, parse_wif
     from weaveusd.draft.write import write_wif
     from weaveusd.shading.material import Provenance
@@ -196,10 +217,11 @@ def make_material(
     parsed = parse_wif(data, os.fspath(draft))
     whole, resolution = patch.cut(parsed, recipe)
     cloth = weave(whole, recipe, color_space=color_space)
+    personal = personal_fields(data, os.fspath(draft)) if keep_personal else None
     provenance = Provenance(
         draft_title=parsed.title,
         draft_sha256=hashlib.sha256(data).hexdigest(),
-        draft_wif=write_wif(parsed),
+        draft_wif=write_wif(parsed, personal),
         shafts=parsed.shafts,
         recipe=recipe.name,
         recipe_source=recipe.source,
@@ -235,6 +257,42 @@ def validate(stage: PathLike, *, progress: Progress | None = None) -> Report:
     from weaveusd.validate.apart import validate_apart
 
     return validate_apart(stage, progress=progress)
+
+
+def verify(asset: PathLike) -> Verification:
+    """Return how the files of a published asset differ from those that were published."""
+    from weaveusd.validate.verify import verify
+
+    return verify(asset)
+
+
+def adopt(folder: PathLike, *, root: PathLike, version: str = "next") -> PublishedAsset:
+    """Publish the finished version in `folder`, made elsewhere by `publish`, below `root` as well.
+
+    The files are copied, byte for byte, and appear at once or not at all as `publish` has them
+    do; content that is there already is `unchanged`.
+
+    Raises
+    ------
+    InputError
+        `folder` is no version that is as it was published, or `version` or `root` is broken.
+    VersionConflictError
+        The version asked for exists with other content.
+    WeaveusdError
+        The disk refused.
+    """
+    from weaveusd.export.adopt import adopt_asset
+    from weaveusd.validate.verify import verify
+
+    def check(version_folder: Path) -> None:
+        versions = verify(version_folder).versions
+        if len(versions) != 1:
+            raise InputError(f"{folder}: {len(versions)} versions, expected the folder of one")
+        for difference in versions[0].differences:
+            raise InputError(f"{folder}: {difference.path} {difference.message}")
+
+    check(Path(folder))
+    return adopt_asset(Path(folder), Path(root), check, version)
 
 
 def report_text(report: Report) -> str:

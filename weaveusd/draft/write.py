@@ -1,9 +1,9 @@
-"""Writing a draft as WIF 1.1: the same bytes for the same draft, and no personal fields."""
+"""Writing a draft as WIF 1.1: the same bytes for the same draft, and no field unasked for."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -28,13 +28,14 @@ _RARE_RANGES = range(1, 4096)
 Sections = list[tuple[str, list[str]]]
 
 
-def write_wif(draft: Draft) -> bytes:
+def write_wif(draft: Draft, personal: Mapping[str, str] | None = None) -> bytes:
     """Return the draft as the bytes of a WIF 1.1 in UTF-8, which `parse_wif` reads back equal.
 
     Tie-up and treadling are written for up to 32 shafts and as many different picks, one
     treadle for each; a liftplan otherwise. Lengths are in centimeters. The range of the palette
     is the first of 0–255, 0–999 and 0–65535 that holds all colors exactly, or one that does.
-    There is no date: the same draft gives the same bytes.
+    There is no date: the same draft gives the same bytes. `personal` are fields of the section
+    TEXT beside the title, such as `personal_fields` returns; a draft has none.
 
     Raises
     ------
@@ -42,8 +43,9 @@ def write_wif(draft: Draft) -> bytes:
         When the draft is too large for the reader's limits: a large jacquard has no WIF.
     """
     sections: Sections = []
-    if draft.title:
-        sections.append(("TEXT", [f"Title={draft.title}"]))
+    text = {"Title": draft.title, **(personal or {})}
+    if any(text.values()):
+        sections.append(("TEXT", [f"{key}={value}" for key, value in text.items() if value]))
     if draft.notes:
         sections.append(("NOTES", list(_rows(draft.notes.split("\n")))))
     shed, treadles = _shed(draft.liftplan)

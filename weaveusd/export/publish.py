@@ -16,7 +16,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from weaveusd.contract import MATERIAL_NAME, entry_layer
+from weaveusd.contract import MANIFEST_FILE, MATERIAL_NAME, entry_layer
 from weaveusd.errors import WeaveusdError
 from weaveusd.export.locks import locked_folder, staging_folder
 from weaveusd.export.manifest import FileRecord, content_digest, list_files, write_manifest
@@ -100,7 +100,7 @@ def publish_asset(
     number = version_number(version)
     home = root / name
     refuse_links(root, home)
-    made = not root.exists()
+    made = not os.path.exists(root)
     try:
         with _told_in_one_line(home):
             home.mkdir(parents=True, exist_ok=True)
@@ -160,7 +160,8 @@ def _prepare(
     if not (staged / entry_layer(name)).is_file():
         raise ValueError(f"the asset has no entry layer {entry_layer(name)}")
     files = list_files(staged)
-    write_manifest(staged, name, files)
+    if not (staged / MANIFEST_FILE).exists():  # a copy of a version brings its own
+        write_manifest(staged, name, files)
     if check is not None:
         check(staged)
     return files

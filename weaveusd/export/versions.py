@@ -59,9 +59,9 @@ def place(home: Path, number: int | None, files: tuple[FileRecord, ...]) -> tupl
 def refuse_links(*folders: Path) -> None:
     """Raise InputError where one of `folders` is there and no folder of its own."""
     for folder in folders:
-        if folder.is_symlink():
+        if os.path.islink(folder):
             raise InputError(f"{folder}: a symbolic link, expected a folder")
-        if folder.exists() and not folder.is_dir():
+        if os.path.exists(folder) and not os.path.isdir(folder):
             raise InputError(f"{folder}: a file, expected a folder")
 
 
