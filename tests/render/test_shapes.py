@@ -281,3 +281,35 @@ def test_a_material_wins_over_display_opacity(mi: Any, stage: Any) -> None:
     image, losses = picture(stage, 64, 16)
     assert image[28:36, 28:36].mean() == pytest.approx(0.5, abs=0.02)
     assert losses == []
+
+
+def test_squeezed_curves_tell_that_their_widths_are_a_mean(mi: Any, stage: Any) -> None:
+    curves = strand(stage, [(-1, 0, 0), (1, 0, 0)], type="linear", widths=[0.2])
+    scale = curves.AddScaleOp()
+    scale.Set((2, 2, 2))
+    assert covered(stage, 4)[1] == []
+    scale.Set((1, 8, 1))
+    share, losses = covered(stage)
+    assert losses == ["/World/Hair: widths grow by the mean scale of its transform (approximated)"]
+    assert share[:, 32].sum() / 16 == pytest.approx(0.4, abs=0.03)
+
+
+@pytest.mark.parametrize(("count", "squeezed"), [(1, True), (600, False)])
+def test_balls_shine_in_any_shape_and_number(
+    mi: Any, stage: Any, count: int, squeezed: bool
+) -> None:
+    cloud = UsdGeom.Points.Define(stage, "/World/Cloud")
+    cloud.CreatePointsAttr([Gf.Vec3f(0, 0, 0)] * count)
+    cloud.CreateWidthsAttr([2.0])
+    if squeezed:
+        cloud.AddScaleOp().Set((1, 1, 0.5))
+    bind(
+        cloud,
+        preview_material(stage, emissiveColor=(3.0, 3.0, 3.0), diffuseColor=(0.0, 0.0, 0.0))[0],
+    )
+    image, losses = picture(stage, 8, 16)
+    if count == 1:
+        assert losses == []
+        assert image[4, 4] == pytest.approx(3, rel=0.1)
+    else:
+        assert losses == ["/World/Cloud: light of more than 512 balls (dropped)"]

@@ -20,7 +20,7 @@ from weaveusd.render.geometry import Balls, Facets, Placed, Shape, Strands
 from weaveusd.render.model import Losses
 from weaveusd.render.quaternions import quaternions
 from weaveusd.render.shapes import ball_as_facets
-from weaveusd.render.xforms import mirrors, to_mitsuba, uniform_scale
+from weaveusd.render.xforms import mirrors, to_mitsuba
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,6 +35,9 @@ MAX_INSTANCES = 128
 
 _FEW_BALLS = 32
 """Balls that are shapes of their own; more of them are one shape of ellipsoids."""
+
+_SHINING_BALLS = 512
+"""Balls that shine, beyond the few that are shapes of their own."""
 
 Dress = Callable[[Placed], tuple[Any, dict[str, Any] | None]]
 """Gives the loaded BSDF of a placed shape, and its emitter or None."""
@@ -55,7 +58,7 @@ def assemble(found: Sequence[Placed], scale: float, dress: Dress, losses: Losses
     entries: list[Any] = []
     for group in _groups(flat, dress):
         kind = type(group.placed[0].shape)
-        entries += _BUILDERS[kind](group, scale)
+        entries += _BUILDERS[kind](group, scale, losses)
     for placed in heavy:
         bsdf, _ = dress(placed)
         entries += _instances(placed, bsdf, scale)
@@ -103,7 +106,7 @@ def _groups(found: Sequence[Placed], dress: Dress) -> Iterator[_Group]:
     yield from groups.values()
 
 
-def _mesh_entries(group: _Group, scale: float) -> list[Any]:
+def _mesh_entries(group: _Group, scale: float, losses: Losses) -> list[Any]:
     return [mesh(_merged(group.placed, scale), group.placed[0].prim, group.bsdf, group.emitter)]
 
 
@@ -192,7 +195,7 @@ def _joined(values: list[Doubles | None]) -> Doubles | None:
     return np.concatenate(given) if given else None
 
 
-def _tube_entries(group: _Group, scale: float) -> list[Any]:
+def _tube_entries(group: _Group, scale: float, losses: Losses) -> list[Any]:
     """Return all tubes as one shape; radii grow by the mean scale of their matrix."""
     controls, segments, offset = [], [], 0
     cubic = True
@@ -200,6 +203,8 @@ def _tube_entries(group: _Group, scale: float) -> list[Any]:
         shape = placed.shape
         assert isinstance(shape, Strands)
         cubic = shape.cubic
+        if not _keep_angles(placed.matrices):
+            losses.approximated(placed.prim, "widths grow by the mean scale of its transform")
         for matrix in placed.matrices:
             thick = abs(float(np.linalg.det(matrix[:3, :3]))) ** (1 / 3)
             centers = shape.controls[:, :3] @ matrix[:3, :3].T + matrix[:3, 3]
@@ -225,8 +230,11 @@ def _load_curves(cubic: bool, bsdf: Any) -> Any:
         return mi.load_dict({"type": kind, "filename": str(file), "bsdf": bsdf}, parallel=False)
 
 
-def _ball_entries(group: _Group, scale: float) -> list[Any]:
-    """Return few round balls as spheres, and others as one shape of ellipsoids."""
+def _ball_entries(group: _Group, scale: float, losses: Losses) -> list[Any]:
+    """Return few round balls as spheres, and others as one shape of ellipsoids.
+
+    Ellipsoids cannot shine: those that do are triangles, as far as memory allows.
+    """
     centers, axes = [], []
     for placed in group.placed:
         shape = placed.shape
@@ -236,12 +244,15 @@ def _ball_entries(group: _Group, scale: float) -> list[Any]:
         stretched = linear[:, None] * shape.radii[:, None, None]
         axes.append(stretched.reshape(-1, 3, 3))
     center, axis = scale * np.concatenate(centers), scale * np.concatenate(axes)
-    placing = [_affine(a, c) for a, c in zip(axis, center, strict=True)]
-    if len(placing) <= _FEW_BALLS and all(uniform_scale(m) is not None for m in placing):
-        return [_sphere(matrix, group) for matrix in placing]
+    first = group.placed[0]
+    if len(center) <= _FEW_BALLS and _keep_angles(axis):
+        return [_sphere(_affine(a, c), group) for a, c in zip(axis, center, strict=True)]
+    if group.emitter is not None and len(center) <= _SHINING_BALLS:
+        placing = np.array([_affine(a, c) for a, c in zip(axis, center, strict=True)])
+        unit = replace(first, shape=ball_as_facets(), matrices=placing)
+        return [mesh(_merged([unit], 1.0), first.prim, group.bsdf, group.emitter)]
     if group.emitter is not None:
-        unit = replace(group.placed[0], shape=ball_as_facets(), matrices=np.array(placing))
-        return [mesh(_merged([unit], 1.0), unit.prim, group.bsdf, group.emitter)]
+        losses.dropped(first.prim, f"light of more than {_SHINING_BALLS} balls")
     turn, size, _ = np.linalg.svd(axis)
     turn[:, :, 2] *= np.linalg.det(turn)[:, None]
     tensors = {"centers": center, "scales": size, "quaternions": quaternions(turn)}
@@ -256,6 +267,14 @@ def _sphere(matrix: Doubles, group: _Group) -> Any:
     return entry if group.emitter is None else entry | {"emitter": group.emitter}
 
 
+def _keep_angles(matrices: Doubles) -> bool:
+    """Return whether all matrices (N, 3, 3) or (N, 4, 4) scale evenly."""
+    linear = matrices[:, :3, :3]
+    squares = np.swapaxes(linear, 1, 2) @ linear
+    mean = np.trace(squares, axis1=1, axis2=2)[:, None, None] / 3
+    return bool((np.abs(squares - mean * np.eye(3)) <= 1e-5 * mean).all())
+
+
 def _affine(linear: Doubles, shift: Doubles) -> Doubles:
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = linear, shift
@@ -266,7 +285,7 @@ def _flat(values: Doubles) -> NDArray[np.float32]:
     return np.ascontiguousarray(values, np.float32).ravel()
 
 
-_BUILDERS: dict[type, Callable[[_Group, float], list[Any]]] = {
+_BUILDERS: dict[type, Callable[[_Group, float, Losses], list[Any]]] = {
     Facets: _mesh_entries,
     Strands: _tube_entries,
     Balls: _ball_entries,
