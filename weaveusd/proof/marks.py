@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 
     Doubles = NDArray[np.float64]
 
+_LETTER, _HANDLE = 0.075, 0.65
+"""Inches that a letter of the legend takes, and the line before a name with the space after it."""
+
 
 def depth_of(turn: Doubles, found: Parts) -> float:
     """Return how far what comes through the yarn reaches down."""
@@ -95,7 +98,10 @@ def legend(figure: Figure, names: Sequence[tuple[str, str, str]]) -> None:
     from matplotlib.lines import Line2D
 
     lines = [Line2D([], [], color=c, ls=style, lw=1.6, label=name) for name, c, style in names]
-    figure.legend(handles=lines, loc="outside lower center", ncols=len(lines), fontsize=8.5)
+    inches = sum(_LETTER * len(name) + _HANDLE for name, *_ in names)
+    rows = math.ceil(inches / figure.get_figwidth())
+    columns = math.ceil(len(lines) / rows)
+    figure.legend(handles=lines, loc="outside lower center", ncols=columns, fontsize=8.5)
 
 
 def viridis(share: float) -> str:
