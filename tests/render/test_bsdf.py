@@ -174,7 +174,9 @@ def test_the_components_add_up_to_the_whole(mi: Any) -> None:
 def test_where_one_side_is_asked_for_all_samples_go_there(mi: Any) -> None:
     from weaveusd.render.bsdf import REFLECTION, TRANSMISSION
 
-    bsdf, count = cloth(plain_arrays(), optics("linen", tau=0.1)), 4096
+    arrays, count = plain_arrays(), 4096
+    arrays["opacity"][...] = 0.7
+    bsdf = cloth(arrays, optics("linen", tau=0.1))
     for component, sign in ((REFLECTION, 1), (TRANSMISSION, -1)):
         context = mi.BSDFContext()
         context.component = component

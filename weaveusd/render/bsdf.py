@@ -141,20 +141,17 @@ class Cloth:
         fibre = lobes.fibre(si.wi, normal, tangent)
         direction = fibre.direction(wo)
         allowed = active & _allowed(ctx, si.wi, wo, direction)
-        share = dr.select(allowed, texel[OPACITY], 0)
-        value = lobes.value(yarn, fibre, direction)
-        return value * share, sampling.density(_asked(ctx, yarn), fibre, direction) * share
+        opacity = texel[OPACITY]
+        value = lobes.value(yarn, fibre, direction) * opacity
+        pdf = sampling.density(_asked(ctx, yarn), fibre, direction) * _lobes_share(ctx, opacity)
+        return dr.select(allowed, value, 0), dr.select(allowed, pdf, 0)
 
     def sample(self, ctx: Any, si: Any, choice: Any, point: Any, active: Any) -> tuple[Any, Any]:
         """Return a sample and its weight: of the null component in gaps, else of the lobes."""
         texel = self.texel(si, active)
         yarn, normal, tangent = self.yarn(si, texel, active)
         opacity = texel[OPACITY]
-        share = opacity
-        if not ctx.is_enabled(mi.BSDFFlags.Null, NULL):
-            share = mi.Float(1)
-        elif not (_reflects(ctx) or _transmits(ctx)):
-            share = mi.Float(0)
+        share = _lobes_share(ctx, opacity)
         passes = choice >= share
         choice = dr.clip(choice / dr.maximum(share, lobes.TINY), 0, 0.99999994)
 
@@ -215,6 +212,13 @@ def _asked(ctx: Any, yarn: lobes.LobeParameters) -> lobes.LobeParameters:
     if _reflects(ctx):
         return replace(yarn, tau=mi.Float(0))
     return replace(yarn, tau=mi.Float(1), k_s=mi.Float(0))
+
+
+def _lobes_share(ctx: Any, opacity: Any) -> Any:
+    """Return the probability of a sample of the lobes, the rest being one of the gaps."""
+    if not ctx.is_enabled(mi.BSDFFlags.Null, NULL):
+        return mi.Float(1)
+    return opacity if _reflects(ctx) or _transmits(ctx) else mi.Float(0)
 
 
 def _reflects(ctx: Any) -> bool:
