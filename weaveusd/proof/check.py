@@ -1,13 +1,13 @@
 """The checks behind `weaveusd lobes --check`: every law, for every yarn and angle, in numbers.
 
 The yarn lies flat, white (A = 1) for energy and gray for what is sampled. The viewer stands in
-the plane of the fibre and the normal, inclined by the angle; across the fibre nothing is as steep.
+the plane of the fibre and the normal, inclined by the angle: on the inclination all lobes depend.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -89,7 +89,6 @@ def check(
     *,
     gaussian: bool = False,
     samples: int = SAMPLES,
-    progress: Callable[[float], None] | None = None,
 ) -> tuple[Row, ...]:
     """Return a row for every subject and angle; a row without faults keeps every law.
 
@@ -105,13 +104,11 @@ def check(
     variant.prepare()
     angles = inclinations(angles_deg)
     trials = len(subjects) * len(angles)
-    rows: list[Row] = []
-    for subject in subjects:
-        for row in _rows(subject, angles, gaussian=gaussian, samples=samples, trials=trials):
-            rows.append(row)
-            if progress is not None:
-                progress(len(rows) / trials)
-    return tuple(rows)
+    return tuple(
+        row
+        for subject in subjects
+        for row in _rows(subject, angles, gaussian=gaussian, samples=samples, trials=trials)
+    )
 
 
 def _rows(

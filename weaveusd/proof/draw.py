@@ -28,7 +28,6 @@ def draw(
     formats: tuple[Format, ...] = ("png",),
     forms: Sequence[Form] = (Form(),),
     angles_deg: Sequence[float] = ANGLES,
-    progress: Callable[[float], None] | None = None,
 ) -> tuple[Path, ...]:
     """Write the figures of every yarn of `presets`; return the files, in order.
 
@@ -45,13 +44,10 @@ def draw(
     found, angles = subjects(presets), inclinations(angles_deg)
     from weaveusd.proof import sheet
 
-    jobs = list(_figures(found, tuple(forms), angles))
     files: list[Path] = []
     with sheet.style():
-        for done, (name, figure) in enumerate(jobs, 1):
+        for name, figure in _figures(found, tuple(forms), angles):
             files += sheet.write(figure(), Path(folder), name, formats)
-            if progress is not None:
-                progress(done / len(jobs))
     return tuple(files)
 
 
