@@ -111,7 +111,7 @@ def examples(count: int) -> Any:
     return settings(max_examples=count, deadline=None, derandomize=True, suppress_health_check=slow)
 
 
-@examples(100)
+@examples(60)
 @given(wanted=st.lists(prims(), max_size=4))
 def test_no_stage_crashes_the_translator(mi: Any, tmp_path: Path, wanted: Any) -> None:
     check(tmp_path, wanted)
@@ -144,7 +144,7 @@ FACES = st.lists(st.lists(st.integers(0, 7), min_size=1, max_size=5), min_size=1
 SHARP = st.lists(st.tuples(st.integers(0, 7), st.integers(0, 7), st.floats(-1, 12)), max_size=4)
 
 
-@examples(60)
+@examples(40)
 @given(
     faces=FACES,
     sharp=SHARP,

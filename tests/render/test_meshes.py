@@ -13,10 +13,12 @@ from tests.render.stages import (
     add_camera,
     add_dome,
     add_mesh,
+    add_texture,
     bind,
     new_stage,
     picture,
     preview_material,
+    write_image,
 )
 
 RED, GREEN, BLUE = (0.8, 0.1, 0.1), (0.1, 0.8, 0.1), (0.1, 0.1, 0.8)
@@ -296,3 +298,36 @@ def cage_corners(surface: Any, values: Any) -> Any:
     for corner, (vertex, owner) in enumerate(zip(surface.indices, face, strict=True)):
         at[vertex, owner] = values[corner]
     return np.array([at[v, k // 4] for k, v in enumerate(STRIP_FACES)])
+
+
+@pytest.mark.parametrize("scheme", ["none", "catmullClark"])
+def test_primvars_that_make_no_sense_are_losses(mi: Any, stage: Any, scheme: str) -> None:
+    mesh = add_mesh(stage, st=None)
+    mesh.GetSubdivisionSchemeAttr().Set(scheme)
+    bind(mesh, textured(stage))
+    primvar = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(
+        "st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.vertex
+    )
+    primvar.Set([Gf.Vec2f(0, 0)] * 4)
+    primvar.GetAttr().SetMetadata("interpolation", "sideways")
+    missing = "/World/Card: has no texture coordinates st: 0 is used (approximated)"
+    assert picture(stage, 4, 1)[1] == [
+        "/World/Card: primvar st: interpolation sideways is unknown (dropped)", missing
+    ]  # fmt: skip
+    primvar.GetAttr().SetMetadata("interpolation", "vertex")
+    primvar.SetIndices(Vt.IntArray([0, 1, 2, 99]))
+    losses = picture(stage, 4, 1)[1]
+    assert any("st" in loss for loss in losses)
+    primvar.BlockIndices()
+    primvar.Set([Gf.Vec2f(0, 0)] * 3)
+    assert picture(stage, 4, 1)[1] == [
+        "/World/Card: primvar st: has 3 vertex values, expected 4 (dropped)", missing
+    ]  # fmt: skip
+
+
+def textured(stage: Any) -> Any:
+    """A material whose color follows st."""
+    file = write_image(Path(stage.GetRootLayer().realPath).parent / "dot.exr", np.ones((2, 2, 3)))
+    material, shader = preview_material(stage)
+    add_texture(stage, shader, "diffuseColor", file.name)
+    return material

@@ -82,14 +82,16 @@ def per_corner(
     Raises
     ------
     ValueError
-        When the number of values does not fit the interpolation.
+        When the interpolation is unknown, or the number of values does not fit it.
     """
     expected = {
         "constant": 1,
         "uniform": counts.size,
         "vertex": int(indices.max(initial=-1)) + 1,
         "faceVarying": indices.size,
-    }[interpolation]
+    }.get(interpolation)
+    if expected is None:
+        raise ValueError(f"interpolation {interpolation} is unknown")
     if len(values) < expected:
         raise ValueError(f"has {len(values)} {interpolation} values, expected {expected}")
     if interpolation == "constant":

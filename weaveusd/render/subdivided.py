@@ -82,7 +82,9 @@ class Cage:
             "vertex": int(cage.corners.max()) + 1,
             "varying": int(cage.corners.max()) + 1,
             "faceVarying": int(self.counts.sum()),
-        }[interpolation]
+        }.get(interpolation)
+        if expected is None:
+            raise ValueError(f"interpolation {interpolation} is unknown")
         if len(values) < expected:
             raise ValueError(f"has {len(values)} {interpolation} values, expected {expected}")
         refined = self.refined.topology
