@@ -63,6 +63,8 @@ class Provenance:
     recipe: str
     recipe_source: str
     tool_version: str
+    recipe_toml: bytes = b""  # the recipe file as used
+    repeats: tuple[int, int] = (1, 1)  # of the draft in the patch: across, along
 
 
 @dataclass(frozen=True, slots=True, eq=False)

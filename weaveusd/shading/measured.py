@@ -3,7 +3,7 @@
 A spectrophotometer of geometry d/8° lights the cloth evenly from all around and looks at it from 8°
 to its normal, without the mirror's direction. What a yarn sends back is linear in A, since the
 volume lobe is. With G what it would send back for A = 1, in the places and frames in which the
-cloth shows it, A = color / G measures as the color (physics.md D). G is below 1: the fibre's albedo
+cloth shows it, A = color / G measures as the color (docs/bsdf.md). G is below 1: the fibre's albedo
 is below A at most angles, a bent yarn faces away from some of the light, and some passes through.
 """
 
@@ -39,7 +39,7 @@ TEXELS, FEWEST = 8192, 32
 """Texels looked at, shared by the yarns, and of one yarn."""
 
 DIGITS = 5
-"""Digits to which a gain is rounded, so that a machine's last bit does not reach a file."""
+"""Digits to which results are rounded, so that a machine's last bit does not reach a file."""
 
 _NODES = 16
 _GOLDEN = 0.5 * (math.sqrt(5) - 1)
@@ -172,6 +172,10 @@ def _fit(yarn: Yarn, white: float | None) -> Measured:
     lightest = max(max(color) for color in colors)
     # The darkest yarn has some gain, and one that lets all light pass reaches nothing.
     most, wanted = 1 / max(lightest, 1e-3), 1 / max(white, 1e-3)
-    share = min(1.0, most * white)
+    share = _rounded(min(1.0, most * white))
     r, g, b = (component * share for component in yarn.color)
-    return Measured(float(f"{min(most, wanted):.{DIGITS}g}"), (r, g, b))
+    return Measured(_rounded(min(most, wanted)), (r, g, b))
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

@@ -67,7 +67,7 @@ def evaluate(
     *,
     n_v: float | None = None,
 ) -> Doubles:
-    """Return ``(f_R + A N_V f_V) |n·wo|`` (…, channels of A) in 1/sr (physics.md D).
+    """Return ``(f_R + A N_V f_V) |n·wo|`` (…, channels of A) in 1/sr (docs/bsdf.md).
 
     `n_v` is the N_V that an asset states; by default it follows from `params`.
     """

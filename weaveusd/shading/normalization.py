@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     Doubles = NDArray[np.float64]
 
 SURFACE_SCALE = 3 / (4 * math.sqrt(2))
-"""κ_R = 1 / ∫ cos(φ/2) cos φ dφ over the side of n, the surface lobe's scale (physics.md D)."""
+"""κ_R = 1 / ∫ cos(φ/2) cos φ dφ over the side of n, the surface lobe's scale (docs/bsdf.md)."""
 
 GRAZING = math.pi / 2 - 1e-3
 """The steepest inclination at which albedos are compared."""
@@ -28,7 +28,7 @@ GRAZING = math.pi / 2 - 1e-3
 def surface_albedo(
     theta_i: float, eta: float, k_s: float, gamma_s: float, gaussian: bool = False
 ) -> float:
-    """Return E_R, the directional albedo of the surface lobe at φi = 0 (physics.md D)."""
+    """Return E_R, the directional albedo of the surface lobe at φi = 0 (docs/bsdf.md)."""
     theta_o, w_theta = _inclinations(theta_i, gamma_s)
     phi_o, w_phi = _gauss(-np.pi / 2, np.pi / 2, 48)
     half = np.cos(phi_o / 2)
@@ -41,7 +41,7 @@ def surface_albedo(
 def volume_albedo(
     theta_i: float, eta: float, k_d: float, gamma_v: float, gaussian: bool = False
 ) -> float:
-    """Return E_V, the directional albedo of the volume lobe for A = 1 (physics.md D)."""
+    """Return E_V, the directional albedo of the volume lobe for A = 1 (docs/bsdf.md)."""
     theta_o, w_theta = _inclinations(theta_i, gamma_v)
     cos_i, cos_o = np.cos(theta_i), np.cos(theta_o)
     enter, leave = 1 - reflectance(cos_i, eta), 1 - reflectance(cos_o, eta)
@@ -54,7 +54,7 @@ def volume_albedo(
 def normalization(
     eta: float, k_d: float, k_s: float, gamma_s: float, gamma_v: float, gaussian: bool = False
 ) -> float:
-    """Return N_V = (1 − max E_R) / max E_V, the maxima over the inclination (physics.md D).
+    """Return N_V = (1 − max E_R) / max E_V, the maxima over the inclination (docs/bsdf.md).
 
     With it, reflection plus transmission never exceed 1 for A, k_s ≤ 1. Angles in radians;
     `gaussian` lobes have other tails, hence another factor.
