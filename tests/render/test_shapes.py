@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from pxr import Gf, UsdGeom, Vt
 
+import weaveusd
 from tests.render.stages import add_camera, add_dome, bind, new_stage, picture, preview_material
 
 BLACK = [Gf.Vec3f(0, 0, 0)]
@@ -313,3 +314,17 @@ def test_balls_shine_in_any_shape_and_number(
         assert image[4, 4] == pytest.approx(3, rel=0.1)
     else:
         assert losses == ["/World/Cloud: light of more than 512 balls (dropped)"]
+
+
+def test_the_scalar_variant_has_the_same_shapes(mi: Any, stage: Any) -> None:
+    ball = black(UsdGeom.Sphere.Define(stage, "/World/Ball"))
+    ball.AddTransformOp().Set(Gf.Matrix4d().SetScale(Gf.Vec3d(1, 0.5, 1)))
+    strand(stage, ZIGZAG, type="cubic", basis="bspline", widths=[0.3])
+    stage.Save()
+    file = stage.GetRootLayer().realPath
+    fast = weaveusd.render(file, width=24, height=24, spp=256)
+    slow = weaveusd.render(file, width=24, height=24, spp=64, variant="scalar_rgb")
+    assert slow.variant == "scalar_rgb"
+    assert fast.image.min() < 0.05
+    np.testing.assert_allclose(slow.image.mean(), fast.image.mean(), atol=0.01)
+    np.testing.assert_allclose(slow.image, fast.image, atol=0.35)

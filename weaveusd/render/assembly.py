@@ -197,36 +197,32 @@ def _joined(values: list[Doubles | None]) -> Doubles | None:
 
 def _tube_entries(group: _Group, scale: float, losses: Losses) -> list[Any]:
     """Return all tubes as one shape; radii grow by the mean scale of their matrix."""
-    controls, segments, offset = [], [], 0
-    cubic = True
+    controls, cubic = [], True
     for placed in group.placed:
         shape = placed.shape
         assert isinstance(shape, Strands)
         cubic = shape.cubic
         if not _keep_angles(placed.matrices):
             losses.approximated(placed.prim, "widths grow by the mean scale of its transform")
+        each = shape.controls[shape.segments[:, None] + np.arange(4 if cubic else 2)]
         for matrix in placed.matrices:
             thick = abs(float(np.linalg.det(matrix[:3, :3]))) ** (1 / 3)
-            centers = shape.controls[:, :3] @ matrix[:3, :3].T + matrix[:3, 3]
-            radii = shape.controls[:, 3:] * thick
-            controls.append(np.concatenate((centers, radii), axis=1) * scale)
-            segments.append(shape.segments + offset)
-            offset += len(centers)
-    entry = _load_curves(cubic, group.bsdf)
+            centers = each[..., :3] @ matrix[:3, :3].T + matrix[:3, 3]
+            controls.append(np.concatenate((centers, each[..., 3:] * thick), axis=2) * scale)
+    every = np.concatenate(controls)
+    entry = _load_curves(cubic, len(every), group.bsdf)
     parameters = mi.traverse(entry)
-    parameters["control_point_count"] = offset
-    parameters["control_points"] = _flat(np.concatenate(controls))
-    parameters["segment_indices"] = np.concatenate(segments).astype(np.uint32)
+    parameters["control_points"] = _flat(every)
     parameters.update()
     return [entry]
 
 
-def _load_curves(cubic: bool, bsdf: Any) -> Any:
-    """Return a shape of curves to be filled: Mitsuba takes its first ones from a file only."""
-    kind = "bsplinecurve" if cubic else "linearcurve"
+def _load_curves(cubic: bool, segments: int, bsdf: Any) -> Any:
+    """Return a shape of so many segments to be filled: Mitsuba takes curves from files only."""
+    kind, taps = ("bsplinecurve", 4) if cubic else ("linearcurve", 2)
     with tempfile.TemporaryDirectory(prefix="weaveusd-") as folder:
-        file = Path(folder) / "curve.txt"
-        file.write_text("".join(f"{k} 0 0 1\n" for k in range(4)))
+        file = Path(folder) / "curves.txt"
+        file.write_text(("0 0 0 1\n" * taps + "\n") * segments, encoding="ascii")
         return mi.load_dict({"type": kind, "filename": str(file), "bsdf": bsdf}, parallel=False)
 
 
