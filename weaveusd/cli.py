@@ -16,7 +16,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from weaveusd import cli_draft, cli_lobes, cli_presets, cli_publish
+from weaveusd import cli_draft, cli_farm, cli_lobes, cli_presets, cli_publish, cli_verify
 from weaveusd._version import __version__
 from weaveusd.cli_output import Json, print_json, progress_bar, say
 from weaveusd.errors import WeaveusdError
@@ -192,6 +192,8 @@ def env(as_json: Json = False) -> None:
         say(f"export {key}={shlex.quote(value)}${{{key}:+:${key}}}")
 
 
+cli_verify.register(app)
+cli_farm.register(app)
 cli_draft.register(app)
 cli_presets.register(app)
 cli_lobes.register(app)

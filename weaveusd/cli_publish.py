@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import os
 import re
 import time
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from weaveusd.cli_output import Json, print_json, progress_bar, say
-from weaveusd.errors import WeaveusdError
+from weaveusd.cli_hooks import SECONDS, Hooks, ended_by_sigterm
+from weaveusd.cli_output import Json, json_text, print_json, say
+from weaveusd.cli_telling import Log, ProgressKind, ResultFile, tell_farm, told_progress
+from weaveusd.hooks import hook_command
+
+if TYPE_CHECKING:
+    from weaveusd.pipeline import Publication
 
 
 class ColorSpace(str, Enum):
@@ -55,51 +61,110 @@ def _publish(
         ColorSpace, typer.Option(help="Linear space of the colors; acescg is the wider.")
     ] = ColorSpace.lin_rec709,
     version: Annotated[str, typer.Option(help="`next`, or one such as v003.")] = "next",
+    keep_personal: Annotated[
+        bool,
+        typer.Option("--keep-personal", help="Keep author, address … in the asset's draft.wif."),
+    ] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Make and check it, keep nothing, say what would be.")
+    ] = False,
     jobs: Annotated[
         int | None, typer.Option(help="Threads that compute and encode; one a core.")
     ] = None,
+    pre_hook: Annotated[
+        str | None, typer.Option(metavar="CMD", help="Asked before; refuses by failing.")
+    ] = None,
+    post_hook: Annotated[
+        str | None, typer.Option(metavar="CMD", help="Told after; JSON on stdin, like the other.")
+    ] = None,
+    hook_seconds: Annotated[
+        float, typer.Option(min=0.1, max=86400, help="Time that each hook gets.")
+    ] = SECONDS,
+    progress: Annotated[
+        ProgressKind, typer.Option(help="A bar on a terminal, lines for OpenJD, or none.")
+    ] = ProgressKind.bar,
+    result: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the JSON here, whole.")
+    ] = None,
+    log_file: Annotated[Path | None, typer.Option(metavar="FILE", help="Add to this log.")] = None,
     as_json: Json = False,
 ) -> None:
     """Publish a draft as a USD and MaterialX material asset, checked and at once."""
     if (preset is None) == (recipe is None):
         raise typer.BadParameter("expected --preset or --recipe, exactly one of them")
+    if as_json and progress is ProgressKind.openjd:
+        raise typer.BadParameter("--progress openjd has stdout to itself: --result FILE gets JSON")
     pair = _pair("--repeats", repeats, r"[1-9]\d{0,5}")
-    size = _pair("--patch-mm", patch_mm, r"\d{1,6}(?:\.\d{1,6})?")
+    settings = {
+        "root": root,
+        "preset": preset,
+        "recipe": recipe,
+        "name": name,
+        "resolution": resolution,
+        "texels_per_mm": texels_per_mm,
+        "repeats": pair and (int(pair[0]), int(pair[1])),
+        "patch_mm": _pair("--patch-mm", patch_mm, r"\d{1,6}(?:\.\d{1,6})?"),
+        "seed": seed,
+        "color_space": color_space.value,
+        "version": version,
+        "keep_personal": keep_personal,
+        "dry_run": dry_run,
+        "jobs": jobs,
+    }
+    hooks = Hooks(
+        _command("--pre-hook", pre_hook), _command("--post-hook", post_hook), hook_seconds
+    )
+    told = ResultFile(result)
+    with ended_by_sigterm(), Log(log_file) as log:
+        _run(draft, settings, hooks, progress=progress, told=told, log=log, as_json=as_json)
+
+
+def _run(
+    draft: Path,
+    settings: dict[str, Any],
+    hooks: Hooks,
+    *,
+    progress: ProgressKind,
+    told: ResultFile,
+    log: Log,
+    as_json: bool,
+) -> None:
+    """Publish between the hooks and tell everybody, whatever happens."""
     from weaveusd import pipeline
 
     started = time.perf_counter()
+    request = _request(draft, settings)
+    log.start(request)
+    answer: dict[str, Any] = {
+        "status": "failed", "asset": settings["name"], "version": None, "entry": None,
+        "material": None, "files": [], "findings": [],
+    }  # fmt: skip
     try:
-        with progress_bar(f"publishing {draft.name}") as progress:
-            done = pipeline.publish(
-                draft,
-                root=root,
-                preset=preset,
-                recipe=recipe,
-                name=name,
-                resolution=resolution,
-                texels_per_mm=texels_per_mm,
-                repeats=pair and (int(pair[0]), int(pair[1])),
-                patch_mm=size,
-                seed=seed,
-                color_space=color_space.value,
-                version=version,
-                jobs=jobs,
-                progress=progress,
-            )
-    except WeaveusdError as error:
-        if as_json:
-            print_json(
-                {
-                    "status": "failed", "asset": name, "version": None, "entry": None,
-                    "material": None, "files": [], "error": str(error),
-                    "seconds": round(time.perf_counter() - started, 3),
-                    "findings": getattr(error, "findings", []),
-                }
-            )  # fmt: skip
+        with told_progress(progress, f"publishing {draft.name}") as tell:
+            hooks.ask(request, log)
+            done = pipeline.publish(draft, **settings, progress=log.following(tell))
+            answer = done.as_dict()
+            hooks.tell(request, answer, log)
+    except BaseException as error:
+        log.note_error(error)
+        from_us = isinstance(error, Exception)
+        answer["error"] = (str(error) if from_us else "") or f"ended by {type(error).__name__}"
+        answer["findings"] = getattr(error, "findings", answer["findings"])
+        answer.setdefault("seconds", round(time.perf_counter() - started, 3))
         raise
-    if as_json:
-        print_json(done.as_dict())
-        return
+    finally:
+        log.note(f"answer {json_text(answer)}")
+        if as_json:
+            print_json(answer)
+        told.write(answer)
+    if progress is ProgressKind.openjd:
+        tell_farm("status", f"{done.asset.status} {done.asset.asset} {done.asset.version}")
+    elif not as_json:
+        _describe(done)
+
+
+def _describe(done: Publication) -> None:
+    """Say for people what was published."""
     asset = done.asset
     megabytes = sum(f.bytes for f in asset.files) / 1e6
     extent = f"{len(asset.files)} files, {megabytes:.1f} MB, {done.seconds:.1f} s"
@@ -111,6 +176,21 @@ def _publish(
     for yarn in done.colors_out_of_reach:
         color, reached = (_color(yarn[key]) for key in ("color", "reached"))
         say(f"  note  {yarn['yarn']} is {color}; its fibres reach {reached} in this weave")
+
+
+def _request(draft: Path, settings: dict[str, Any]) -> dict[str, Any]:
+    """Return what is to be published as JSON types, paths from the root of the file system."""
+    paths = {"draft": draft, **{key: settings[key] for key in ("root", "recipe")}}
+    named = {key: path and os.path.abspath(path) for key, path in paths.items()}
+    return {**settings, **named}
+
+
+def _command(option: str, text: str | None) -> tuple[str, ...] | None:
+    """Return the arguments of a hook; a usage error where there are none."""
+    try:
+        return None if text is None else hook_command(text)
+    except ValueError as error:
+        raise typer.BadParameter(f"{option}: found {text!r}: {error}") from error
 
 
 def _pair(option: str, text: str | None, number: str) -> tuple[float, float] | None:
