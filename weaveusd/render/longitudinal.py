@@ -1,7 +1,7 @@
 """How light spreads along a fibre: Cauchy lobes, and Gaussian ones as the reference option.
 
 Both are densities of unit mass in θ_h = (θi + θo)/2 on the whole line: the Cauchy with half width
-γ (Sadeghi et al. 2013's form), the Gaussian with standard deviation γ. For given θi both are
+γ, the Gaussian with standard deviation γ as Sadeghi et al. 2013 has it. For given θi both are
 sampled exactly, cut off at θo = ±π/2 (Wang et al. 2014 for the Cauchy).
 """
 
