@@ -6,8 +6,8 @@ Cost: the same scene with another material each time, all textures of a silk sat
 processor time of all threads, in interleaved runs, after the kernels are compiled.
 Noise: variance of one sample of reflected light, BSDF sampling alone, for the yarns of every
 preset where they lie in their cloth, against cosine sampling about the yarn's own normal that
-chooses the side as ours does. `--full` adds the sizes of the thesis's table 6.1, a quarter of an
-hour. The exit status is 1 when two samplers disagree on the mean, never for the time.
+chooses the side as ours does. `--full` adds the sizes of the thesis's table 6.1, half an hour.
+The exit status is 1 when two samplers disagree on the mean, never for the time.
 """
 
 from __future__ import annotations
