@@ -11,25 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from weaveusd import cli
 from weaveusd._version import __version__
 
 ROOT = Path(__file__).parents[1]
 TWILL = ROOT / "examples" / "drafts" / "twill_2_2.wif"
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run the command line in this process: (status, stdout, stderr)."""
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["weaveusd", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        captured = capsys.readouterr()
-        return int(stop.value.code or 0), captured.out, captured.err
-
-    return run
 
 
 def publish(run, root, *more, draft=TWILL):

@@ -73,12 +73,12 @@ def differences(folder: Path) -> Iterator[Difference]:
     found.pop(MANIFEST_FILE, None)
     for name in sorted(stated.files.keys() | found.keys()):
         if name not in found:
-            yield Difference("missing", name, "is gone")
+            yield Difference("missing", _shown(name), "is gone")
         elif name not in stated.files:
             what = "was added" if _is_plain(found[name]) else "was added, and is no plain file"
             yield Difference("added", _shown(name), what)
         elif (change := _change(found[name], *stated.files[name])) is not None:
-            yield Difference("changed", name, change)
+            yield Difference("changed", _shown(name), change)
     if not stated.agrees:
         yield Difference("digest", MANIFEST_FILE, "its digests are not those of what it lists")
 
@@ -154,5 +154,5 @@ def _change(path: Path, size: int, sha256: str) -> str | None:
 
 
 def _shown(name: str) -> str:
-    """Return the name of a file, which need not be UTF-8, as text that can be printed."""
-    return os.fsencode(name).decode("utf-8", "backslashreplace")
+    """Return the name of a file, which need not be text, as text of one line."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in name)
