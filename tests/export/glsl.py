@@ -1,66 +1,117 @@
-"""Renders a MaterialX document with MaterialX's own GLSL renderer; needs a display.
+"""Renders MaterialX documents with MaterialX's own GLSL renderer; needs a display.
 
-    python -m tests.export.glsl material.mtlx <name of the material> image.hdr
+    python -m tests.export.glsl jobs.json
 
-A square from -1 to 1 in x and y is lit and seen from +z, by one directional light alone.
+`jobs.json` is a list of `Job`. A square from -1 to 1 in x and y is seen from (0, 0, eye), filling
+the picture, and lit by one directional light of irradiance 1 alone, or by an environment of
+radiance 1. Each picture becomes an array (size, size, 3) of float32, the first row at the bottom.
 """
 
 from __future__ import annotations
 
+import json
+import os
+import shutil
+import subprocess
 import sys
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import MaterialX as mx  # noqa: N813
-from MaterialX import PyMaterialXGenGlsl, PyMaterialXGenShader, PyMaterialXRender
-from MaterialX.PyMaterialXRenderGlsl import GlslRenderer, GLTextureHandler
+import numpy as np
+import pytest
 
-SIZE = 256
+ROOT = Path(__file__).resolve().parents[2]
 SQUARE = """v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0
 vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1
 vn 0 0 1
 f 1/1/1 2/2/1 3/3/1\nf 1/1/1 3/3/1 4/4/1
 """
-BLACK = mx.Color4(0, 0, 0, 1)
 
 
-def main(path: Path, name: str, target: Path) -> None:
-    document = mx.createDocument()
-    mx.readFromXmlFile(document, str(path))
+@dataclass(frozen=True)
+class Job:
+    """A picture of the material `material` of `document`, both as text."""
+
+    document: str
+    material: str
+    target: str
+    light: tuple[float, float, float] = (0.0, 0.0, 1.0)  # towards the light
+    eye: float = 2.0
+    size: int = 256
+    environment: bool = False
+
+
+def render(jobs: list[Job], folder: Path) -> list[np.ndarray]:
+    """Return the pictures of `jobs`; skips the test where there is no display."""
+    if shutil.which("xvfb-run") is None or shutil.which("xauth") is None:
+        pytest.skip("MaterialX's GLSL renderer needs a display; install xvfb and xauth")
+    listing = folder / "jobs.json"
+    listing.write_text(json.dumps([asdict(job) for job in jobs]))
+    done = subprocess.run(
+        ["xvfb-run", "-a", sys.executable, "-m", "tests.export.glsl", str(listing)],
+        cwd=ROOT, capture_output=True, text=True, env=os.environ,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    return [np.load(job.target) for job in jobs]
+
+
+def view(job: Job) -> np.ndarray:
+    """Return the unit vectors (size, size, 3) from the square to the eye, the first row below."""
+    at = (np.arange(job.size) + 0.5) / job.size * 2 - 1
+    x, y = np.meshgrid(at, at)
+    to_eye = np.stack([-x, -y, np.full_like(x, job.eye)], -1)
+    return to_eye / np.linalg.norm(to_eye, axis=-1, keepdims=True)
+
+
+def _main(jobs: list[Job]) -> None:
+    import MaterialX as mx  # noqa: N813
+    from MaterialX import PyMaterialXRender
+    from MaterialX.PyMaterialXRenderGlsl import GlslRenderer, GLTextureHandler
+
     library = mx.createDocument()
     mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), library)
-    document.importLibrary(library)
-    sun = document.addNode("directional_light", "sun", "lightshader")
-    sun.setInputValue("direction", mx.Vector3(0, 0, -1))
-    sun.setInputValue("color", mx.Color3(1, 1, 1))
-    sun.setInputValue("intensity", 1.0)
+    for job in jobs:
+        path = Path(job.document)
+        document = mx.createDocument()
+        mx.readFromXmlFile(document, str(path))
+        document.importLibrary(library)
+        sun = document.addNode("directional_light", "sun", "lightshader")
+        sun.setInputValue("direction", mx.Vector3(*(-x for x in job.light)))
+        sun.setInputValue("color", mx.Color3(1, 1, 1))
+        sun.setInputValue("intensity", 0.0 if job.environment else 1.0)
 
-    generator, context = new_generator(document)
-    renderer = GlslRenderer.create(SIZE, SIZE, PyMaterialXRender.BaseType.FLOAT)
-    renderer.initialize()
-    renderer.setLightHandler(new_lights(document, sun, context))
-    images = GLTextureHandler.create(PyMaterialXRender.StbImageLoader.create())
-    images.setSearchPath(mx.FileSearchPath(str(path.parent)))
-    renderer.setImageHandler(images)
-    square = target.with_suffix(".obj")
-    square.write_text(SQUARE)
-    geometry = renderer.getGeometryHandler()
-    geometry.addLoader(PyMaterialXRender.TinyObjLoader.create())
-    geometry.loadGeometry(mx.FilePath(str(square)), False)
-    place_camera(renderer.getCamera())
+        generator, context = _new_generator(document, path.parent)
+        renderer = GlslRenderer.create(job.size, job.size, PyMaterialXRender.BaseType.FLOAT)
+        renderer.initialize()
+        renderer.setLightHandler(_new_lights(document, sun, context, job.environment))
+        images = GLTextureHandler.create(PyMaterialXRender.StbImageLoader.create())
+        images.setSearchPath(mx.FileSearchPath(str(path.parent)))
+        renderer.setImageHandler(images)
+        square = Path(job.target).with_suffix(".obj")
+        square.write_text(SQUARE)
+        geometry = renderer.getGeometryHandler()
+        geometry.addLoader(PyMaterialXRender.TinyObjLoader.create())
+        geometry.loadGeometry(mx.FilePath(str(square)), False)
+        _place_camera(renderer.getCamera(), job.eye)
 
-    node = document.getNode(name)
-    renderer.createProgram(generator.generate(name, node, context))
-    renderer.setSize(SIZE, SIZE)
-    renderer.render()
-    image = renderer.captureImage(black(SIZE))
-    loader = PyMaterialXRender.StbImageLoader.create()
-    if not loader.saveImage(mx.FilePath(str(target)), image, False):
-        raise OSError(f"{target}: not saved")
+        node = document.getNode(job.material)
+        renderer.createProgram(generator.generate(job.material, node, context))
+        renderer.setSize(job.size, job.size)
+        renderer.render()
+        image = renderer.captureImage(_uniform(job.size, 0.0))
+        picture = np.empty((job.size, job.size, 3), np.float32)
+        for y in range(job.size):
+            for x in range(job.size):
+                picture[y, x] = image.getTexelColor(x, y).asTuple()[:3]
+        np.save(job.target, picture)
 
 
-def new_generator(document: mx.Document) -> tuple[Any, Any]:
+def _new_generator(document: Any, folder: Path) -> tuple[Any, Any]:
     """Return a shader generator, which must outlive its context, and the context."""
+    import MaterialX as mx  # noqa: N813
+    from MaterialX import PyMaterialXGenGlsl, PyMaterialXGenShader
+
     generator = PyMaterialXGenGlsl.GlslShaderGenerator.create()
     generator.registerTypeDefs(document)
     colors = PyMaterialXGenShader.DefaultColorManagementSystem.create(generator.getTarget())
@@ -71,34 +122,46 @@ def new_generator(document: mx.Document) -> tuple[Any, Any]:
     generator.setUnitSystem(units)
     context = PyMaterialXGenShader.GenContext(generator)
     context.registerSourceCodeSearchPath(mx.getDefaultDataSearchPath())
+    context.registerSourceCodeSearchPath(mx.FileSearchPath(str(folder)))
     context.getOptions().hwMaxActiveLightSources = 1
     context.getOptions().fileTextureVerticalFlip = True
     return generator, context
 
 
-def new_lights(document: mx.Document, sun: mx.Node, context: Any) -> Any:
+def _new_lights(document: Any, sun: Any, context: Any, environment: bool) -> Any:
+    from MaterialX import PyMaterialXRender
+
     lights = PyMaterialXRender.LightHandler.create()
     lights.registerLights(document, [sun], context)
     lights.setLightSources([sun])
-    lights.setIndirectLighting(False)
-    lights.setEnvRadianceMap(black(4))
-    lights.setEnvIrradianceMap(black(4))
+    lights.setIndirectLighting(environment)
+    lights.setEnvRadianceMap(_uniform(4, float(environment)))
+    lights.setEnvIrradianceMap(_uniform(4, float(environment)))
     return lights
 
 
-def place_camera(camera: Any) -> None:
-    eye, center, up = mx.Vector3(0, 0, 2), mx.Vector3(0, 0, 0), mx.Vector3(0, 1, 0)
+def _place_camera(camera: Any, height: float) -> None:
+    import MaterialX as mx  # noqa: N813
+    from MaterialX import PyMaterialXRender
+
+    eye, center, up = mx.Vector3(0, 0, height), mx.Vector3(0, 0, 0), mx.Vector3(0, 1, 0)
     camera.setViewMatrix(PyMaterialXRender.Camera.createViewMatrix(eye, center, up))
-    frustum = (-0.05, 0.05, -0.05, 0.05, 0.1, 100.0)
+    near = 0.05
+    half = near / height
+    frustum = (-half, half, -half, half, near, 100.0)
     camera.setWorldMatrix(mx.Matrix44.IDENTITY)
     camera.setProjectionMatrix(PyMaterialXRender.Camera.createPerspectiveMatrix(*frustum))
 
 
-def black(size: int) -> Any:
+def _uniform(size: int, value: float) -> Any:
+    import MaterialX as mx  # noqa: N813
+    from MaterialX import PyMaterialXRender
+
+    color = mx.Color4(value, value, value, 1)
     return PyMaterialXRender.createUniformImage(
-        size, size, 4, PyMaterialXRender.BaseType.FLOAT, BLACK
+        size, size, 4, PyMaterialXRender.BaseType.FLOAT, color
     )
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3]))
+    _main([Job(**job) for job in json.loads(Path(sys.argv[1]).read_text())])
