@@ -168,7 +168,7 @@ def _add_attribute(prim: Sdf.PrimSpec, name: str, attribute: Attribute, group: s
     kind = Sdf.ValueTypeNames.Find(attribute.type)
     spec = Sdf.AttributeSpec(prim, name, kind, Sdf.VariabilityUniform)
     spec.documentation = _doc(attribute)
-    spec.displayGroup = group
+    spec.displayGroup = f"{group}:{attribute.group}"
     if attribute.tokens:
         spec.allowedTokens = list(attribute.tokens)
     hard = {

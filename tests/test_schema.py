@@ -75,7 +75,9 @@ def test_usd_knows_every_attribute_with_type_doc_limits_and_tokens(prim):
         assert attribute.meaning[1:] in got.GetDocumentation()
         if attribute.unit not in ("", "1"):
             assert f"Unit: {attribute.unit}." in got.GetDocumentation()
-        assert got.GetDisplayGroup() in ("Cloth", "Yarn")
+        schema = "Yarn" if attribute in YARN_ATTRIBUTES else "Cloth"
+        assert attribute.group
+        assert got.GetDisplayGroup() == f"{schema}:{attribute.group}"
         assert tuple(got.GetMetadata("allowedTokens") or ()) == attribute.tokens
         low, high = attribute.hard
         hard = got.GetHardLimits()

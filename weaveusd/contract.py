@@ -6,7 +6,7 @@ to it. Nothing here computes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 Encoding = Literal["color", "vector", "scalar", "label"]
@@ -131,7 +131,8 @@ YARN_NAMESPACE = "weave:yarn"
 class Attribute:
     """An attribute of our schema: base name in its namespace, Sdf type, unit, meaning.
 
-    `hard` are the limits that a value never leaves, (low, high), None where open.
+    `hard` are the limits that a value never leaves, (low, high), None where open. `group` is
+    under what interfaces show it.
     """
 
     name: str
@@ -140,78 +141,121 @@ class Attribute:
     meaning: str
     hard: tuple[float | None, float | None] = (None, None)
     tokens: tuple[str, ...] = ()
+    group: str = ""
+
+
+def _group(name: str, *attributes: Attribute) -> tuple[Attribute, ...]:
+    return tuple(replace(attribute, group=name) for attribute in attributes)
 
 
 CLOTH_ATTRIBUTES: tuple[Attribute, ...] = (
-    Attribute("draftTitle", "string", "", "title of the draft"),
-    Attribute("draftSha256", "string", "", "SHA-256 of the draft file as read"),
-    Attribute("drawdownSha256", "string", "",
-              "SHA-256 of the packed bits of the drawdown, row 0 the first pick, 1 warp on top"),
-    Attribute("draft", "asset", "", "the draft as clean WIF, beside the asset"),
-    Attribute("recipe", "string", "", "name of the preset or recipe"),
-    Attribute("recipeSource", "string", "", "where the recipe's numbers come from"),
-    Attribute("toolVersion", "string", "", "version of weaveusd that made the asset"),
-    Attribute("seed", "int", "", "seed of every irregularity", (0, None)),
-    Attribute("ends", "int", "threads", "warp threads in the repeat", (1, None)),
-    Attribute("picks", "int", "threads", "weft threads in the repeat", (1, None)),
-    Attribute("shafts", "int", "", "shafts that the draft uses", (0, None)),
-    Attribute("longestFloat", "int", "threads", "longest float of either face", (1, None)),
-    Attribute("endsPerCm", "double", "1/cm", "warp sett", (0.0, None)),
-    Attribute("picksPerCm", "double", "1/cm", "weft sett", (0.0, None)),
-    Attribute("repeatWidth", "double", "mm", "width of the repeat, along the weft", (0.0, None)),
-    Attribute("repeatHeight", "double", "mm", "height of the repeat, along the warp", (0.0, None)),
-    Attribute("thickness", "double", "mm", "thickness of the cloth", (0.0, None)),
-    Attribute("arealDensity", "double", "g/m²", "weight of the cloth", (0.0, None)),
-    Attribute("warpCover", "double", "1", "share of the area under warp yarn", (0.0, 1.0)),
-    Attribute("weftCover", "double", "1", "share of the area under weft yarn", (0.0, 1.0)),
-    Attribute("cover", "double", "1", "share of the area under any yarn", (0.0, 1.0)),
-    Attribute("colorSpace", "token", "", "color space of base_color.exr and of the yarns' colors",
-              tokens=COLOR_SPACES),
-    Attribute("textures", "asset[]", "", "every texture of the cloth"),
-    Attribute("textureWidth", "int", "texels", "texels of the repeat along the weft", (1, None)),
-    Attribute("textureHeight", "int", "texels", "texels of the repeat along the warp", (1, None)),
-    Attribute("yarns", "token[]", "", "instances of WeaveYarnAPI in the order of the yarn ids"),
+    *_group(
+        "Origin",
+        Attribute("draftTitle", "string", "", "title of the draft"),
+        Attribute("draftSha256", "string", "", "SHA-256 of the draft file as read"),
+        Attribute("draft", "asset", "", "the draft as clean WIF, beside the asset"),
+        Attribute("recipe", "string", "", "name of the preset or recipe"),
+        Attribute("recipeSource", "string", "", "where the recipe's numbers come from"),
+        Attribute("recipeFile", "asset", "", "the recipe as used, beside the asset"),
+        Attribute("toolVersion", "string", "", "version of weaveusd that made the asset"),
+        Attribute("seed", "int", "", "seed of every irregularity", (0, None)),
+    ),
+    *_group(
+        "Weave",
+        Attribute("drawdownSha256", "string", "",
+                  "SHA-256 of the drawdown's packed bits, row 0 the first pick, 1 warp on top"),
+        Attribute("ends", "int", "threads", "warp threads in the repeat", (1, None)),
+        Attribute("picks", "int", "threads", "weft threads in the repeat", (1, None)),
+        Attribute("repeatsAcross", "int", "", "repeats of the draft along the weft in one texture",
+                  (1, None)),
+        Attribute("repeatsAlong", "int", "", "repeats of the draft along the warp in one texture",
+                  (1, None)),
+        Attribute("shafts", "int", "", "shafts that the draft uses", (0, None)),
+        Attribute("longestFloat", "int", "threads", "longest float of either face", (1, None)),
+    ),
+    *_group(
+        "Size",
+        Attribute("endsPerCm", "double", "1/cm", "warp sett", (0.0, None)),
+        Attribute("picksPerCm", "double", "1/cm", "weft sett", (0.0, None)),
+        Attribute("repeatWidth", "double", "mm", "width of the repeat, along the weft",
+                  (0.0, None)),
+        Attribute("repeatHeight", "double", "mm", "height of the repeat, along the warp",
+                  (0.0, None)),
+        Attribute("thickness", "double", "mm", "thickness of the cloth", (0.0, None)),
+        Attribute("arealDensity", "double", "g/m²", "weight of the cloth", (0.0, None)),
+        Attribute("warpCover", "double", "1", "share of the area under warp yarn", (0.0, 1.0)),
+        Attribute("weftCover", "double", "1", "share of the area under weft yarn", (0.0, 1.0)),
+        Attribute("cover", "double", "1", "share of the area under any yarn", (0.0, 1.0)),
+    ),
+    *_group(
+        "Textures",
+        Attribute("colorSpace", "token", "",
+                  "color space of base_color.exr and of the yarns' colors",
+                  tokens=COLOR_SPACES),
+        Attribute("textures", "asset[]", "", "every texture of the cloth"),
+        Attribute("textureWidth", "int", "texels", "texels of the repeat along the weft",
+                  (1, None)),
+        Attribute("textureHeight", "int", "texels", "texels of the repeat along the warp",
+                  (1, None)),
+        Attribute("yarns", "token[]", "", "instances of WeaveYarnAPI in the order of the yarn ids"),
+    ),
 )  # fmt: skip
 
 YARN_ATTRIBUTES: tuple[Attribute, ...] = (
-    Attribute("id", "int", "", "value of the yarn id texture, 1 for the first yarn", (1, 255)),
-    Attribute("system", "token", "", "system of threads", tokens=("warp", "weft")),
-    Attribute("fibre", "token", "", "fibre of the yarn"),
-    Attribute("tex", "double", "tex", "linear density, g/km", (0.0, None)),
-    Attribute("plies", "int", "", "singles twisted together", (1, None)),
-    Attribute("twist", "double", "1/m", "turns in one metre", (0.0, None)),
-    Attribute("twistDirection", "token", "", "direction of the twist", tokens=("S", "Z")),
-    Attribute("twistAngle", "double", "rad", "angle of the fibre to the yarn's axis, S positive"),
-    Attribute("twistDeviation", "double", "rad", "standard deviation of the twist angle",
-              (0.0, None)),
-    Attribute("thicknessDeviation", "double", "1",
-              "standard deviation of the thickness, relative", (0.0, None)),
-    Attribute("bendDeviation", "double", "1",
-              "standard deviation of the bend from float to float, relative", (0.0, None)),
-    Attribute("colorDeviation", "double", "ΔE",
-              "standard deviation of the lightness in CIE Lab", (0.0, None)),
-    Attribute("hairiness", "double", "1", "light that loose fibres catch beside the yarn",
-              (0.0, 1.0)),
-    Attribute("packing", "double", "1", "share of fibre in the yarn's section", (0.0, 1.0)),
-    Attribute("width", "double", "mm", "width of the yarn in the cloth", (0.0, None)),
-    Attribute("height", "double", "mm", "thickness of the yarn in the cloth", (0.0, None)),
-    Attribute("crimp", "double", "1", "arc length over chord, less one", (0.0, None)),
-    Attribute("color", "color3f", "1",
-              "color of the yarn in weave:colorSpace, as d/8° finds it, specular excluded",
-              (0.0, 1.0)),
-    Attribute("colorReached", "color3f", "1",
-              "color that the exact shader shows, darker where an albedo of 1 is too little",
-              (0.0, 1.0)),
-    Attribute("eta", "double", "1", "index of refraction", (1.0, 3.0)),
-    Attribute("kD", "double", "1", "isotropic share of the volume lobe", (0.0, 1.0)),
-    Attribute("kS", "double", "1", "scale of the surface lobe", (0.0, 1.0)),
-    Attribute("gammaS", "double", "rad", "width of the surface lobe", (0.0, None)),
-    Attribute("gammaV", "double", "rad", "width of the volume lobe", (0.0, None)),
-    Attribute("tau", "double", "1", "transmitted share of the volume lobe", (0.0, 1.0)),
-    Attribute("normalization", "double", "1", "N_V, from the other numbers", (0.0, None)),
-    Attribute("albedoGain", "double", "1",
-              "factor from the color to the fibre's albedo, for which the woven yarn has its color",
-              (0.0, None)),
+    *_group(
+        "Make",
+        Attribute("id", "int", "", "value of the yarn id texture, 1 for the first yarn", (1, 255)),
+        Attribute("system", "token", "", "system of threads", tokens=("warp", "weft")),
+        Attribute("fibre", "token", "", "fibre of the yarn"),
+        Attribute("tex", "double", "tex", "linear density, g/km", (0.0, None)),
+        Attribute("plies", "int", "", "singles twisted together", (1, None)),
+        Attribute("twist", "double", "1/m", "turns in one metre", (0.0, None)),
+        Attribute("twistDirection", "token", "", "direction of the twist", tokens=("S", "Z")),
+        Attribute("twistAngle", "double", "rad",
+                  "angle of the fibre to the yarn's axis, S positive"),
+        Attribute("packing", "double", "1", "share of fibre in the yarn's section", (0.0, 1.0)),
+    ),
+    *_group(
+        "Irregularity",
+        Attribute("twistDeviation", "double", "rad", "standard deviation of the twist angle",
+                  (0.0, None)),
+        Attribute("thicknessDeviation", "double", "1",
+                  "standard deviation of the thickness, relative", (0.0, None)),
+        Attribute("bendDeviation", "double", "1",
+                  "standard deviation of the bend from float to float, relative", (0.0, None)),
+        Attribute("colorDeviation", "double", "ΔE",
+                  "standard deviation of the lightness in CIE Lab", (0.0, None)),
+        Attribute("hairiness", "double", "1", "light that loose fibres catch beside the yarn",
+                  (0.0, 1.0)),
+    ),
+    *_group(
+        "Size",
+        Attribute("width", "double", "mm", "width of the yarn in the cloth", (0.0, None)),
+        Attribute("height", "double", "mm", "thickness of the yarn in the cloth", (0.0, None)),
+        Attribute("crimp", "double", "1", "arc length over chord, less one", (0.0, None)),
+    ),
+    *_group(
+        "Color",
+        Attribute("color", "color3f", "1",
+                  "color of the yarn in weave:colorSpace, as d/8° finds it, specular excluded",
+                  (0.0, 1.0)),
+        Attribute("colorReached", "color3f", "1",
+                  "color that the exact shader shows, darker where an albedo of 1 is too little",
+                  (0.0, 1.0)),
+    ),
+    *_group(
+        "Optics",
+        Attribute("eta", "double", "1", "index of refraction", (1.0, 3.0)),
+        Attribute("kD", "double", "1", "isotropic share of the volume lobe", (0.0, 1.0)),
+        Attribute("kS", "double", "1", "scale of the surface lobe", (0.0, 1.0)),
+        Attribute("gammaS", "double", "rad", "width of the surface lobe", (0.0, None)),
+        Attribute("gammaV", "double", "rad", "width of the volume lobe", (0.0, None)),
+        Attribute("tau", "double", "1", "transmitted share of the volume lobe", (0.0, 1.0)),
+        Attribute("normalization", "double", "1", "N_V, from the other numbers", (0.0, None)),
+        Attribute("albedoGain", "double", "1",
+                  "factor from the color to the fibre's albedo that gives the woven yarn its color",
+                  (0.0, None)),
+    ),
 )  # fmt: skip
 
 # --- Files of an asset --------------------------------------------------------------------------
@@ -221,10 +265,34 @@ LOOK_LAYER = "look.usda"
 MATERIALX_FILE = "material.mtlx"
 MANIFEST_FILE = "manifest.json"
 DRAFT_FILE = "draft.wif"
+RECIPE_FILE = "recipe.toml"
+README_FILE = "README.md"
+PREVIEW_DIR = "previews"
 MATERIAL_NAME = "Material"
+
+COLORWAYS = "colorway"
+"""Variant set of the root prim: recipes that are published together."""
+
+MTLX_SURFACES = "mtlxSurface"
+"""Variant set of the material: what `outputs:mtlx:surface` leads to."""
+
+MTLX_VARIANTS: dict[str, str] = {"openPbr": "MtlxSurface", "standardSurface": "MtlxStandard"}
+"""Its variants, the first being the default, and the shader of each."""
+
 VERSION_PATTERN = r"v\d{3,}"
 
 
 def entry_layer(asset: str) -> str:
     """Return the file name of the entry layer of the asset named `asset`."""
     return f"{asset}.usda"
+
+
+def of_colorway(file: str, colorway: str) -> str:
+    """Return the name that `file` has in the colorway of that name; "" is the cloth itself.
+
+    ``look.usda`` is ``look.blue.usda`` in a colorway ``blue``, and no asset is called so, since
+    names of assets have no dots. Textures of a colorway lie in a folder of its name, as far as
+    they differ from those of the cloth.
+    """
+    stem, dot, suffix = file.partition(".")
+    return f"{stem}.{colorway}{dot}{suffix}" if colorway else file

@@ -6,7 +6,7 @@ import hashlib
 import os
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,6 +29,7 @@ Progress = Callable[[float], None]
 PathLike = str | os.PathLike[str]
 
 MAX_JOBS = 1024
+MAX_COLORWAYS = 64
 
 _WRITING = 0.85
 """Share of a publish's time that goes into writing textures, for the progress bar."""
@@ -39,13 +40,16 @@ class Publication:
     """What `publish` did: the asset, its findings as JSON types, and how long it took.
 
     `colors_out_of_reach` tells of every yarn that is lighter than its fibres can make it in this
-    weave: `yarn`, its `color`, and the color `reached`, linear in the asset's color space.
+    weave: `yarn`, its `color`, and the color `reached`, linear in the asset's color space; and in
+    which `colorway` where there are several. `losses` tells of every network which effects of
+    the exact cloth it carries, approximates or drops.
     """
 
     asset: PublishedAsset
     findings: list[dict[str, Any]]
     seconds: float
     colors_out_of_reach: list[dict[str, Any]]
+    losses: list[dict[str, Any]]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the publication as JSON types."""
@@ -54,6 +58,7 @@ class Publication:
             "seconds": round(self.seconds, 3),
             "findings": self.findings,
             "colors_out_of_reach": self.colors_out_of_reach,
+            "losses": self.losses,
         }
 
 
@@ -63,6 +68,7 @@ def publish(
     root: PathLike,
     preset: str | None = None,
     recipe: PathLike | None = None,
+    colorways: Mapping[str, PathLike] | None = None,
     name: str | None = None,
     resolution: int | None = None,
     texels_per_mm: float | None = None,
@@ -72,6 +78,7 @@ def publish(
     color_space: str = "lin_rec709",
     version: str = "next",
     keep_personal: bool = False,
+    previews: bool = False,
     dry_run: bool = False,
     jobs: int | None = None,
     progress: Progress | None = None,
@@ -89,6 +96,9 @@ def publish(
         Folder that holds all assets.
     preset, recipe
         Name of a preset, or a recipe's TOML file: exactly one of them.
+    colorways
+        More presets or recipes of the same draft, by the name of the variant that each becomes;
+        what ends in ``.toml`` is a file. The first recipe is the default, under its own name.
     name
         Name of the asset; by default the draft file's and the recipe's. It is made safe.
     resolution, texels_per_mm
@@ -106,6 +116,9 @@ def publish(
     keep_personal
         Keep the draft's author, address, e-mail, telephone and fax in the asset's ``draft.wif``.
         They are left out of everything else in any case.
+    previews
+        Render pictures into the asset: draped, swatch, and to scale. It takes minutes, and they
+        differ in their last bits from machine to machine, and with them the asset's content.
     dry_run
         Make and check the asset in a temporary folder, touch nothing below `root`, and say what
         would have been published: the status is ``would-publish`` or ``unchanged``.
@@ -117,15 +130,19 @@ def publish(
     Raises
     ------
     InputError
-        The draft, recipe, a size, seed, color space, version or root is broken.
+        The draft, a recipe, a size, seed, color space, version or root is broken, or two
+        colorways have one name.
     ValidationFailedError
         The asset failed its own checks; nothing was written.
     VersionConflictError
         The version asked for exists with other content.
+    RendererUnavailableError
+        Previews are asked for and nothing on this machine can render.
     WeaveusdError
         The disk refused.
     """
     from weaveusd.export.asset import write_asset
+    from weaveusd.export.losses import losses_as_json, losses_of
     from weaveusd.export.names import safe_name
     from weaveusd.export.publish import plan_asset, publish_asset
 
@@ -137,25 +154,45 @@ def publish(
     space = _color_space(color_space)
     if jobs is not None and not 1 <= jobs <= MAX_JOBS:
         raise InputError(f"jobs: found {jobs}, expected 1 to {MAX_JOBS}")
-    material_recipe = read_recipe(preset=preset, recipe=recipe)
-    name = safe_name(name or f"{Path(draft).stem}_{material_recipe.name}")
-    material = make_material(
-        draft,
-        material_recipe,
-        name,
-        patch=patch,
-        seed=seed,
-        color_space=space,
-        keep_personal=keep_personal,
-        jobs=jobs,
-    )
+    recipes = _read_colorways(preset, recipe, colorways or {})
+    first = next(iter(recipes))
+    name = safe_name(name or f"{Path(draft).stem}_{recipes[first][0].name}")
+    cloths = {
+        colorway: make_material(
+            draft,
+            of_colorway,
+            name,
+            patch=patch,
+            recipe_toml=text,
+            seed=seed,
+            color_space=space,
+            keep_personal=keep_personal,
+            jobs=jobs,
+        )
+        for colorway, (of_colorway, text) in recipes.items()
+    }
     tell(0.05)
-    findings = [_recipe_finding(warning) for warning in material.weave.warnings]
+    findings = [_recipe_finding(w) for cloth in cloths.values() for w in cloth.weave.warnings]
+    losses = losses_as_json(losses_of(cloths[first]))
 
     def write(folder: Path) -> None:
-        write_asset(
-            material, folder, jobs=jobs, progress=lambda share: tell(0.05 + _WRITING * share)
+        entry = write_asset(
+            cloths[first],
+            folder,
+            colorways=cloths if colorways else None,
+            previews=_preview_names() if previews else (),
+            jobs=jobs,
+            progress=lambda share: tell(0.05 + _WRITING * share * (0.1 if previews else 1)),
         )
+        if previews:
+            from weaveusd.contract import PREVIEW_DIR
+            from weaveusd.render.previews import render_previews
+
+            render_previews(
+                entry,
+                folder / PREVIEW_DIR,
+                progress=lambda share: tell(0.05 + _WRITING * (0.1 + 0.9 * share)),
+            )
 
     def check(folder: Path) -> None:
         from weaveusd.contract import entry_layer
@@ -175,10 +212,10 @@ def publish(
             )
 
     settle = plan_asset if dry_run else publish_asset
-    asset = settle(Path(root), name, write, check, version)
+    asset = settle(Path(root), name, write, check, version, losses)
     tell(1.0)
     return Publication(
-        asset, findings, time.perf_counter() - started, _colors_out_of_reach(material)
+        asset, findings, time.perf_counter() - started, _colors_out_of_reach(cloths), losses
     )
 
 
@@ -193,18 +230,56 @@ def read_recipe(*, preset: str | None, recipe: PathLike | None) -> Recipe:
     raise InputError("expected a preset or a recipe, exactly one of them")
 
 
+def _read_colorways(
+    preset: str | None, recipe: PathLike | None, others: Mapping[str, PathLike]
+) -> dict[str, tuple[Recipe, str]]:
+    """Return every recipe with its text, by the name of its colorway; the default comes first."""
+    from weaveusd.export.names import safe_name
+    from weaveusd.yarn.recipe import recipe_text
+
+    first = read_recipe(preset=preset, recipe=recipe)
+    name = safe_name(first.name)
+    found = {name: (first, recipe_text(preset=preset, path=recipe))}
+    if len(others) >= MAX_COLORWAYS:
+        raise InputError(f"{len(others) + 1} colorways, expected at most {MAX_COLORWAYS}")
+    for colorway, source in others.items():
+        if safe_name(colorway) != colorway:
+            raise InputError(
+                f"colorway {colorway[:80]!r}: expected a name such as {safe_name(colorway)!r}"
+            )
+        if colorway in found:
+            raise InputError(f"colorway {colorway!r}: the default recipe has that name")
+        is_file = os.fspath(source).endswith(".toml")
+        of_file, of_preset = (source, None) if is_file else (None, os.fspath(source))
+        found[colorway] = (
+            read_recipe(preset=of_preset, recipe=of_file),
+            recipe_text(preset=of_preset, path=of_file),
+        )
+    return found
+
+
+def _preview_names() -> tuple[str, ...]:
+    from weaveusd.render.previews import PREVIEWS
+
+    return PREVIEWS
+
+
 def make_material(
     draft: PathLike,
     recipe: Recipe,
     name: str,
     *,
     patch: Patch,
+    recipe_toml: str = "",
     seed: int = 0,
     color_space: ColorSpace = "lin_rec709",
     keep_personal: bool = False,
     jobs: int | None = None,
 ) -> ClothMaterial:
-    """Return the material of a patch of the WIF file `draft` and `recipe`, in memory."""
+    """Return the material of a patch of the WIF file `draft` and `recipe`, in memory.
+
+    `recipe_toml` is the text that `recipe` was read from, which the asset keeps.
+    """
     from weaveusd.cloth.weave import weave
     from weaveusd.draft.personal import personal_fields
     from weaveusd.draft.wif import load_wif, parse_wif
@@ -226,6 +301,8 @@ def make_material(
         recipe=recipe.name,
         recipe_source=recipe.source,
         tool_version=__version__,
+        recipe_toml=recipe_toml.encode(),
+        repeats=(whole.ends // parsed.ends, whole.picks // parsed.picks),
     )
     textures = synthesize(cloth, resolution=resolution, seed=seed, jobs=jobs)
     return shade(name, cloth, textures, provenance)
@@ -336,14 +413,16 @@ def _color_space(name: str) -> ColorSpace:
     raise InputError(f"color space: found {name!r}, expected {' or '.join(COLOR_SPACES)}")
 
 
-def _colors_out_of_reach(material: ClothMaterial) -> list[dict[str, Any]]:
+def _colors_out_of_reach(cloths: Mapping[str, ClothMaterial]) -> list[dict[str, Any]]:
     return [
         {
+            **({"colorway": colorway} if len(cloths) > 1 else {}),
             "yarn": yarn.name,
             "color": [round(c, 6) for c in yarn.color],
             "reached": [round(c, 6) for c in measured.reached],
         }
-        for yarn, measured in zip(material.weave.yarns, material.measured, strict=True)
+        for colorway, cloth in cloths.items()
+        for yarn, measured in zip(cloth.weave.yarns, cloth.measured, strict=True)
         if measured.reached != yarn.color
     ]
 

@@ -78,7 +78,7 @@ def asset_paths(layer: Sdf.Layer) -> list[str]:
 
 def test_the_folder_holds_the_files_of_the_contract(folder):
     assert sorted(listing(folder)) == sorted(
-        ["draft.wif", "look.usda", "material.mtlx", "plain.usda"]
+        ["README.md", "draft.wif", "look.usda", "material.mtlx", "plain.usda", "recipe.toml"]
         + [f"textures/{file}" for channel in CHANNELS.values() for file in channel.files]
     )
 
@@ -166,7 +166,9 @@ def test_everything_resolves_after_a_move_and_from_another_folder(tmp_path, monk
     layers, assets, unresolved = UsdUtils.ComputeAllDependencies(str(moved / "plain.usda"))
     assert not unresolved
     assert {Path(layer.realPath) for layer in layers} == {moved / "plain.usda", moved / "look.usda"}
-    assert len(assets) == len(listing(moved)) - len(["plain.usda", "look.usda", "material.mtlx"])
+    assert len(assets) == len(listing(moved)) - len(
+        ["plain.usda", "look.usda", "material.mtlx", "README.md"]
+    )
     assert all(Path(a).is_relative_to(moved) for a in assets)
 
 

@@ -99,6 +99,13 @@ in_text(
 in_text("another_name", ENTRY, 'name = "shot_twill"', 'name = "twill"', "asset-info")
 in_text("look_as_sublayer", ENTRY, "    prepend references = @./look.usda@\n", "",
         "look-not-referenced", "material-missing")  # fmt: skip
+in_text(
+    "no_colorway_chosen", ENTRY, "    prepend references = @./look.usda@\n)\n{\n",
+    '    prepend variantSets = "colorway"\n)\n{\n    variantSet "colorway" = {\n'
+    '        "one" (\n            prepend references = @./look.usda@\n        ) {\n'
+    '        }\n    }\n',
+    "colorway-unchosen", "look-not-referenced", "material-missing", "mtlx-broken",
+)  # fmt: skip
 
 # --- Paths ----------------------------------------------------------------------------------------
 

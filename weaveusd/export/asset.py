@@ -1,24 +1,27 @@
-"""Writes a whole asset into an empty folder: textures, look, entry, MaterialX, draft."""
+"""Writes a whole asset into an empty folder: looks with textures, entry, MaterialX, origins."""
 
 from __future__ import annotations
 
+import filecmp
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pxr import Sdf
-
 from weaveusd.contract import (
+    CHANNELS,
     DRAFT_FILE,
-    LOOK_LAYER,
-    MATERIALX_FILE,
     MAX_YARNS,
+    README_FILE,
     TEXTURE_DIR,
     entry_layer,
 )
+from weaveusd.export.entry import new_layer, write_entry
+from weaveusd.export.files import CLOTH_ITSELF, LookFiles
 from weaveusd.export.layers import define_prim
 from weaveusd.export.look import define_look
 from weaveusd.export.materialx import write_materialx
 from weaveusd.export.names import safe_name
+from weaveusd.export.readme import readme_text
 from weaveusd.export.standard import standard_shading
 from weaveusd.export.textures import Progress, write_textures
 
@@ -30,6 +33,8 @@ def write_asset(
     material: ClothMaterial,
     folder: Path,
     *,
+    colorways: Mapping[str, ClothMaterial] | None = None,
+    previews: Sequence[str] = (),
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> Path:
@@ -46,6 +51,12 @@ def write_asset(
         Cloth to write; its name is one that `safe_name` returned.
     folder
         Existing folder without files.
+    colorways
+        Cloths by the name of their variant, the first of them `material`, which is the default;
+        their names are safe too. Each has a look layer of its own, and those of its textures
+        that differ from the default's. None for a cloth without variants.
+    previews
+        Names of the pictures that will lie in `contract.PREVIEW_DIR`, the first the thumbnail.
     jobs
         Threads that encode textures, by default one for each core.
     progress
@@ -54,41 +65,45 @@ def write_asset(
     Raises
     ------
     ValueError
-        The name, the folder, the number of yarns, the fit or a texture is not as stated.
+        The name, the folder, the number of yarns, a fit or a texture is not as stated.
     WeaveusdError
         A file could not be written.
     """
-    _check(material, folder)
-    textures = folder / TEXTURE_DIR
-    textures.mkdir()
-    shadings = [standard_shading(fit) for fit in material.fits.yarns]
-    per_yarn = {
-        "roughness": [shading.openpbr_roughness for shading in shadings],
-        "anisotropy": [shading.openpbr_anisotropy for shading in shadings],
-    }
-    cover = write_textures(
-        material.textures,
-        textures,
-        per_yarn,
-        color_space=material.color_space,
-        jobs=jobs,
-        progress=progress,
-    )
-    _write_look(material, folder / LOOK_LAYER, cover)
+    looks = {"": material} if colorways is None else dict(colorways)
+    _check(material, looks, folder)
+    covers = []
+    files = []
+    for index, (colorway, cloth) in enumerate(looks.items()):
+        at = CLOTH_ITSELF if index == 0 else LookFiles(colorway)
+        share = _shared(progress, index, len(looks))
+        covers.append(_write_textures(cloth, folder / at.folder, jobs, share))
+        files.append(_without_twins(folder, at))
+        _write_look(cloth, folder, files[-1], covers[-1])
     entry = folder / entry_layer(material.name)
-    _write_entry(material.name, entry)
-    write_materialx(material, folder / MATERIALX_FILE)
+    names = () if colorways is None else tuple(colorways)
+    write_entry(material.name, entry, dict(zip(names, files, strict=False)), previews)
     (folder / DRAFT_FILE).write_bytes(material.provenance.draft_wif)
+    text = readme_text(material, covers[0], names, previews=bool(previews))
+    (folder / README_FILE).write_text(text, encoding="utf-8")
     return entry
 
 
-def _check(material: ClothMaterial, folder: Path) -> None:
-    if safe_name(material.name) != material.name:
-        raise ValueError(f"{material.name!r} is no safe name, {safe_name(material.name)!r} is")
+def _check(material: ClothMaterial, looks: Mapping[str, ClothMaterial], folder: Path) -> None:
+    for name in (material.name, *(colorway for colorway in looks if colorway)):
+        if safe_name(name) != name:
+            raise ValueError(f"{name!r} is no safe name, {safe_name(name)!r} is")
+    if next(iter(looks.values()), None) is not material:
+        raise ValueError("the first colorway is expected to be the material")
     if not folder.is_dir() or any(folder.iterdir()):
         raise ValueError(f"{folder}: expected an empty folder")
-    yarns = len(material.weave.yarns)
-    fits = material.fits
+    for cloth in looks.values():
+        if cloth.name != material.name:
+            raise ValueError(f"a colorway is named {cloth.name!r}, expected {material.name!r}")
+        _check_yarns(cloth)
+
+
+def _check_yarns(material: ClothMaterial) -> None:
+    yarns, fits = len(material.weave.yarns), material.fits
     counts = {yarns, len(material.normalization), len(fits.yarns)}
     if not 1 <= yarns <= MAX_YARNS or len(counts) > 1:
         raise ValueError(
@@ -99,24 +114,52 @@ def _check(material: ClothMaterial, folder: Path) -> None:
         standard_shading(fit)
 
 
-def _write_look(material: ClothMaterial, path: Path, cover: float) -> None:
-    layer = _new_layer(material.name)
-    define_look(define_prim(layer, material.name, "Scope"), material, cover)
-    path.write_text(layer.ExportToString(), encoding="utf-8")
+def _shared(progress: Progress | None, index: int, count: int) -> Progress | None:
+    """Return what tells `progress` of the look `index` of `count`."""
+    if progress is None:
+        return None
+    return lambda share: progress((index + share) / count)
 
 
-def _write_entry(name: str, path: Path) -> None:
-    layer = _new_layer(name)
-    root = define_prim(layer, name, "Scope")
-    root.referenceList.prependedItems = [Sdf.Reference(f"./{LOOK_LAYER}")]
-    root.assetInfo = {"identifier": Sdf.AssetPath(f"./{path.name}"), "name": name}
-    path.write_text(layer.ExportToString(), encoding="utf-8")
+def _write_textures(
+    material: ClothMaterial, folder: Path, jobs: int | None, progress: Progress | None
+) -> float:
+    """Write the textures into the new `folder` and return the mean of the opacity."""
+    folder.mkdir()
+    shadings = [standard_shading(fit) for fit in material.fits.yarns]
+    per_yarn = {
+        "roughness": [shading.openpbr_roughness for shading in shadings],
+        "anisotropy": [shading.openpbr_anisotropy for shading in shadings],
+    }
+    return write_textures(
+        material.textures,
+        folder,
+        per_yarn,
+        color_space=material.color_space,
+        jobs=jobs,
+        progress=progress,
+    )
 
 
-def _new_layer(default_prim: str) -> Sdf.Layer:
-    """Return a layer in metres, for texture coordinates are, with y up."""
-    layer = Sdf.Layer.CreateAnonymous(".usda")
-    layer.defaultPrim = default_prim
-    layer.pseudoRoot.SetInfo("metersPerUnit", 1.0)
-    layer.pseudoRoot.SetInfo("upAxis", "Y")
-    return layer
+def _without_twins(folder: Path, files: LookFiles) -> LookFiles:
+    """Remove the textures of a colorway that are those of the default, and say which it keeps."""
+    if not files.colorway:
+        return files
+    own = set()
+    for file in (name for channel in CHANNELS.values() for name in channel.files):
+        path = folder / files.folder / file
+        if filecmp.cmp(path, folder / TEXTURE_DIR / file, shallow=False):
+            path.unlink()
+        else:
+            own.add(file)
+    if not own:
+        (folder / files.folder).rmdir()
+    return LookFiles(files.colorway, frozenset(own))
+
+
+def _write_look(material: ClothMaterial, folder: Path, files: LookFiles, cover: float) -> None:
+    layer = new_layer(material.name)
+    define_look(define_prim(layer, material.name, "Scope"), material, cover, files)
+    (folder / files.look).write_text(layer.ExportToString(), encoding="utf-8")
+    write_materialx(material, folder / files.materialx, files)
+    (folder / files.recipe).write_bytes(material.provenance.recipe_toml)

@@ -9,10 +9,12 @@ import numpy as np
 
 from weaveusd.cloth import measures
 from weaveusd.cloth.floats import longest_float
-from weaveusd.contract import CHANNELS, DRAFT_FILE, TEXTURE_DIR
+from weaveusd.contract import CHANNELS
+from weaveusd.export.files import CLOTH_ITSELF
 from weaveusd.export.names import instance_names
 
 if TYPE_CHECKING:
+    from weaveusd.export.files import LookFiles
     from weaveusd.shading.material import ClothMaterial
 
 Value = str | int | float | tuple[str, ...] | tuple[float, float, float]
@@ -20,25 +22,30 @@ Value = str | int | float | tuple[str, ...] | tuple[float, float, float]
 MAX_TEXT = 1000
 
 
-def cloth_values(material: ClothMaterial, cover: float) -> dict[str, Value]:
+def cloth_values(
+    material: ClothMaterial, cover: float, files: LookFiles = CLOTH_ITSELF
+) -> dict[str, Value]:
     """Return the value of each of `contract.CLOTH_ATTRIBUTES`, by name.
 
     `cover` is the mean of the opacity texture: what the asset shows counts, not what the draft
-    promises.
+    promises. `files` says where the look's files lie.
     """
     weave, textures, source = material.weave, material.textures, material.provenance
     width, height = weave.repeat_mm
     return {
-        "draftTitle": _text(source.draft_title),
+        "draftTitle": plain_text(source.draft_title),
         "draftSha256": source.draft_sha256,
         "drawdownSha256": hashlib.sha256(np.packbits(weave.warp_up).tobytes()).hexdigest(),
-        "draft": f"./{DRAFT_FILE}",
-        "recipe": _text(source.recipe),
-        "recipeSource": _text(source.recipe_source),
+        "draft": f"./{files.draft}",
+        "recipe": plain_text(source.recipe),
+        "recipeSource": plain_text(source.recipe_source),
+        "recipeFile": f"./{files.recipe}",
         "toolVersion": source.tool_version,
         "seed": textures.seed,
         "ends": weave.ends,
         "picks": weave.picks,
+        "repeatsAcross": source.repeats[0],
+        "repeatsAlong": source.repeats[1],
         "shafts": source.shafts,
         "longestFloat": longest_float(weave.warp_up),
         "endsPerCm": tidy(weave.ends / width * 10),
@@ -52,7 +59,7 @@ def cloth_values(material: ClothMaterial, cover: float) -> dict[str, Value]:
         "cover": tidy(cover),
         "colorSpace": material.color_space,
         "textures": tuple(
-            f"./{TEXTURE_DIR}/{file}" for channel in CHANNELS.values() for file in channel.files
+            files.anchored(file) for channel in CHANNELS.values() for file in channel.files
         ),
         "textureWidth": textures.width,
         "textureHeight": textures.height,
@@ -70,7 +77,7 @@ def yarn_values(material: ClothMaterial) -> dict[str, dict[str, Value]]:
         result[name] = {
             "id": index + 1,
             "system": yarn.system,
-            "fibre": _text(yarn.fibre),
+            "fibre": plain_text(yarn.fibre),
             "tex": tidy(yarn.tex),
             "plies": yarn.plies,
             "twist": tidy(yarn.twist_per_m),
@@ -109,7 +116,7 @@ def _color(color: tuple[float, float, float]) -> tuple[float, float, float]:
     return tidy(red), tidy(green), tidy(blue)
 
 
-def _text(text: str) -> str:
+def plain_text(text: str) -> str:
     """Return `text` on one line, bounded, without what no text file can hold."""
     clean = text.encode("utf-8", "replace").decode("utf-8")
     return " ".join("".join(c if c.isprintable() else " " for c in clean).split())[:MAX_TEXT]

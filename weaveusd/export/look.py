@@ -1,4 +1,4 @@
-"""The look layer: the material, what it says about its cloth, and its three networks."""
+"""The look layer: the material, what it says about its cloth, and its networks."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from weaveusd.contract import (
     YARN_NAMESPACE,
 )
 from weaveusd.export.attributes import cloth_values, tidy, yarn_values
+from weaveusd.export.files import CLOTH_ITSELF
 from weaveusd.export.layers import apply_schemas, author, define_prim
 from weaveusd.export.network_mitsuba import define_mitsuba_network, optics_of
-from weaveusd.export.network_openpbr import MATERIALX_VERSION, define_openpbr_network
+from weaveusd.export.network_openpbr import MATERIALX_VERSION, define_materialx_networks
 from weaveusd.export.network_preview import define_preview_network
 from weaveusd.export.standard import standard_shading
 
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from pxr import Sdf
 
     from weaveusd.export.attributes import Value
+    from weaveusd.export.files import LookFiles
     from weaveusd.shading.material import ClothMaterial
 
 UV_SCALE_DOC = (
@@ -38,11 +40,13 @@ UV_SCALE_DOC = (
 VARNAME_DOC = "Name of the primvar that holds the texture coordinates."
 
 
-def define_look(root: Sdf.PrimSpec, material: ClothMaterial, cover: float) -> None:
+def define_look(
+    root: Sdf.PrimSpec, material: ClothMaterial, cover: float, files: LookFiles = CLOTH_ITSELF
+) -> None:
     """Define the material of a cloth below `root`, in a layer beside the texture folder.
 
     Every attribute of both schemas is authored, so that a reader without our plugin sees all.
-    `cover` is the mean of the opacity texture.
+    `cover` is the mean of the opacity texture, `files` says where the textures are.
 
     Raises
     ------
@@ -51,7 +55,9 @@ def define_look(root: Sdf.PrimSpec, material: ClothMaterial, cover: float) -> No
     """
     preview = standard_shading(material.fits.isotropic)
     openpbr = standard_shading(material.fits.yarns[0])
-    cloth, yarns, optics = cloth_values(material, cover), yarn_values(material), optics_of(material)
+    standard = standard_shading(material.fits.together)
+    cloth, yarns = cloth_values(material, cover, files), yarn_values(material)
+    optics = optics_of(material)
     prim = define_prim(root, MATERIAL_NAME, "Material")
     apply_schemas(
         prim, [CLOTH_API, *(f"{YARN_API}:{name}" for name in yarns), "MaterialXConfigAPI"]
@@ -59,9 +65,9 @@ def define_look(root: Sdf.PrimSpec, material: ClothMaterial, cover: float) -> No
     author(prim, "config:mtlx:version", "string", MATERIALX_VERSION, uniform=True)
     _author_attributes(prim, cloth, yarns)
     _author_interface(prim, material.weave.repeat_mm)
-    define_preview_network(prim, preview)
-    define_openpbr_network(prim, openpbr)
-    define_mitsuba_network(prim, optics, material.color_space)
+    define_preview_network(prim, preview, files)
+    define_materialx_networks(prim, openpbr, standard, files)
+    define_mitsuba_network(prim, optics, material.color_space, files)
 
 
 def _author_attributes(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -55,17 +56,25 @@ def content_digest(files: tuple[FileRecord, ...]) -> str:
     return hashlib.sha256(lines.encode()).hexdigest()
 
 
-def write_manifest(folder: Path, asset: str, files: tuple[FileRecord, ...]) -> None:
+def write_manifest(
+    folder: Path,
+    asset: str,
+    files: tuple[FileRecord, ...],
+    losses: Sequence[Mapping[str, Any]] = (),
+) -> None:
     """Write the manifest of `asset` into `folder`: JSON with sorted keys.
 
+    `losses` are what the networks lose of the exact cloth, as JSON types, where that is known.
     Its `manifest_sha256` is the SHA-256 of the same text without that key, so that no bit of the
     manifest changes unseen either.
     """
-    manifest = {
+    manifest: dict[str, Any] = {
         "asset": asset,
         "content_sha256": content_digest(files),
         "files": [asdict(record) for record in files],
     }
+    if losses:
+        manifest["losses"] = list(losses)
     manifest["manifest_sha256"] = hashlib.sha256(_text(manifest)).hexdigest()
     (folder / MANIFEST_FILE).write_bytes(_text(manifest))
 

@@ -7,17 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import MaterialX as mx  # noqa: N813
 
-from weaveusd.contract import TEXTURE_DIR
 from weaveusd.export.attributes import tidy
+from weaveusd.export.files import CLOTH_ITSELF
 from weaveusd.export.network_openpbr import MATERIALX_VERSION
 from weaveusd.export.standard import standard_shading
 
 if TYPE_CHECKING:
+    from weaveusd.export.files import LookFiles
     from weaveusd.export.standard import StandardShading
     from weaveusd.shading.material import ClothMaterial
 
 
-def write_materialx(material: ClothMaterial, path: Path) -> None:
+def write_materialx(material: ClothMaterial, path: Path, files: LookFiles = CLOTH_ITSELF) -> None:
     """Write `material` as a MaterialX document beside the texture folder.
 
     The document holds an OpenPBR material named as the cloth, and the same as standard_surface
@@ -35,25 +36,27 @@ def write_materialx(material: ClothMaterial, path: Path) -> None:
     document.setVersionString(MATERIALX_VERSION)
     # Without a space of its own a document leaves sRGB textures undecoded, silently.
     document.setColorSpace("lin_rec709")
-    graph = _add_graph(document, f"{material.name}_textures", material.weave.repeat_mm)
+    graph = _add_graph(document, f"{material.name}_textures", material.weave.repeat_mm, files)
     _add_openpbr(document, graph, material.name, openpbr)
     _add_standard_surface(document, graph, f"{material.name}_standard_surface", standard)
     path.write_text(mx.writeToXmlString(document), encoding="utf-8")
 
 
-def _add_graph(document: Any, name: str, repeat_mm: tuple[float, float]) -> Any:
+def _add_graph(document: Any, name: str, repeat_mm: tuple[float, float], files: LookFiles) -> Any:
     graph = document.addNodeGraph(name)
     coordinates = graph.addNode("texcoord", "coordinates", "vector2")
     repeats = graph.addNode("multiply", "repeats", "vector2")
     repeats.setConnectedNode("in1", coordinates)
     _set_numbers(repeats, "in2", "vector2", *(1000 / length for length in repeat_mm))
-    color = _add_image(graph, "base_color_map", "base_color.png", "color3", repeats)
+    color = _add_image(graph, "base_color_map", files.texture("base_color.png"), "color3", repeats)
     color.getInput("file").setColorSpace("srgb_texture")
-    opacity = _add_image(graph, "opacity_map", "opacity.png", "float", repeats)
-    roughness = _add_image(graph, "roughness_map", "roughness.png", "float", repeats)
-    anisotropy = _add_image(graph, "anisotropy_map", "anisotropy.png", "float", repeats)
-    normal = _add_direction(graph, "normal", "normal.png", repeats)
-    fibre = _add_direction(graph, "fibre", "tangent.png", repeats)
+    opacity = _add_image(graph, "opacity_map", files.texture("opacity.png"), "float", repeats)
+    roughness = _add_image(graph, "roughness_map", files.texture("roughness.png"), "float", repeats)
+    anisotropy = _add_image(
+        graph, "anisotropy_map", files.texture("anisotropy.png"), "float", repeats
+    )
+    normal = _add_direction(graph, "normal", files.texture("normal.png"), repeats)
+    fibre = _add_direction(graph, "fibre", files.texture("tangent.png"), repeats)
     across = graph.addNode("crossproduct", "across", "vector3")
     across.setConnectedNode("in1", normal)
     across.setConnectedNode("in2", fibre)
@@ -75,7 +78,7 @@ def _add_graph(document: Any, name: str, repeat_mm: tuple[float, float]) -> Any:
 
 def _add_image(graph: Any, name: str, file: str, kind: str, texcoord: Any) -> Any:
     image = graph.addNode("image", name, kind)
-    image.setInputValue("file", f"{TEXTURE_DIR}/{file}", "filename")
+    image.setInputValue("file", file, "filename")
     image.setConnectedNode("texcoord", texcoord)
     image.setInputValue("uaddressmode", "periodic")
     image.setInputValue("vaddressmode", "periodic")

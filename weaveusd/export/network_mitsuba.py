@@ -12,15 +12,16 @@ from weaveusd.contract import (
     SHADER_UV_SCALE,
     SHADER_VARNAME,
     SHADER_YARN_ARRAYS,
-    TEXTURE_DIR,
 )
 from weaveusd.export.attributes import tidy
+from weaveusd.export.files import CLOTH_ITSELF
 from weaveusd.export.layers import connect, define_shader, interface_input
 
 if TYPE_CHECKING:
     from pxr import Sdf
 
     from weaveusd.contract import ColorSpace
+    from weaveusd.export.files import LookFiles
     from weaveusd.shading.material import ClothMaterial
 
 
@@ -28,6 +29,7 @@ def define_mitsuba_network(
     material: Sdf.PrimSpec,
     optics: Mapping[str, Sequence[float]],
     color_space: ColorSpace = "lin_rec709",
+    files: LookFiles = CLOTH_ITSELF,
 ) -> None:
     """Define the exact cloth shader on `outputs:mitsuba:surface` of `material`.
 
@@ -49,7 +51,7 @@ def define_mitsuba_network(
         SHADER_VARNAME: ("string", interface_input(material, SHADER_VARNAME)),
     }
     for name, file in SHADER_FILES.items():
-        inputs[name] = ("asset", f"./{TEXTURE_DIR}/{file}")
+        inputs[name] = ("asset", files.anchored(file))
     for name in SHADER_YARN_ARRAYS:
         inputs[name] = ("float[]", [tidy(value) for value in optics[name]])
     surface = define_shader(

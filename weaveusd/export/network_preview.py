@@ -4,17 +4,23 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from weaveusd.contract import SHADER_UV_SCALE, SHADER_VARNAME, TEXTURE_DIR
+from weaveusd.contract import SHADER_UV_SCALE, SHADER_VARNAME
 from weaveusd.export.attributes import tidy
+from weaveusd.export.files import CLOTH_ITSELF
 from weaveusd.export.layers import connect, define_shader, interface_input
 
 if TYPE_CHECKING:
     from pxr import Sdf
 
+    from weaveusd.export.files import LookFiles
     from weaveusd.export.standard import StandardShading
 
+_RGB = ("rgb", "float3")
 
-def define_preview_network(material: Sdf.PrimSpec, shading: StandardShading) -> None:
+
+def define_preview_network(
+    material: Sdf.PrimSpec, shading: StandardShading, files: LookFiles = CLOTH_ITSELF
+) -> None:
     """Define a UsdPreviewSurface on `outputs:surface` of `material`.
 
     Base color, normal and opacity come from the 8- and 16-bit PNGs. Opacity is coverage: it
@@ -49,14 +55,13 @@ def define_preview_network(material: Sdf.PrimSpec, shading: StandardShading) -> 
     }
     # This shader has no weight for its base: the texture's reader scales the color.
     weight: dict[str, tuple[str, object]] = {"scale": ("float4", (*[tidy(shading.base)] * 3, 1.0))}
+    path = files.anchored
     color = _texture(
-        material, "PreviewBaseColor", "base_color.png", "sRGB", repeats, ("rgb", "float3"), weight
+        material, "PreviewBaseColor", path("base_color.png"), "sRGB", repeats, _RGB, weight
     )
-    normal = _texture(
-        material, "PreviewNormal", "normal.png", "raw", repeats, ("rgb", "float3"), decode
-    )
+    normal = _texture(material, "PreviewNormal", path("normal.png"), "raw", repeats, _RGB, decode)
     opacity = _texture(
-        material, "PreviewOpacity", "opacity.png", "raw", repeats, ("r", "float"), {}
+        material, "PreviewOpacity", path("opacity.png"), "raw", repeats, ("r", "float"), {}
     )
     surface = define_shader(
         material,
@@ -91,7 +96,7 @@ def _texture(
         name,
         "UsdUVTexture",
         {
-            "file": ("asset", f"./{TEXTURE_DIR}/{file}"),
+            "file": ("asset", file),
             "sourceColorSpace": ("token", space),
             "st": ("float2", st),
             "wrapS": ("token", "repeat"),

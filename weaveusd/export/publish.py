@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -65,6 +65,7 @@ def publish_asset(
     write: Callable[[Path], object],
     check: Callable[[Path], object] | None = None,
     version: str = NEXT,
+    losses: Sequence[Mapping[str, Any]] = (),
 ) -> PublishedAsset:
     """Publish what `write` writes as a version of asset `name` below `root`.
 
@@ -84,6 +85,8 @@ def publish_asset(
         Raises to refuse the asset.
     version
         ``next``, or a version such as ``v002``.
+    losses
+        What the manifest states that the networks lose of the exact cloth.
 
     Raises
     ------
@@ -105,7 +108,7 @@ def publish_asset(
         with _told_in_one_line(home):
             home.mkdir(parents=True, exist_ok=True)
             with staging_folder(home) as staged:
-                files = _prepare(staged, name, write, check)
+                files = _prepare(staged, name, write, check, losses)
                 _flush(staged)
                 with locked_folder(home):
                     return _settle(staged, home, name, number, files)
@@ -122,6 +125,7 @@ def plan_asset(
     write: Callable[[Path], object],
     check: Callable[[Path], object] | None = None,
     version: str = NEXT,
+    losses: Sequence[Mapping[str, Any]] = (),
 ) -> PublishedAsset:
     """Return what `publish_asset` would do, and touch nothing below `root`.
 
@@ -144,7 +148,7 @@ def plan_asset(
     ):
         staged = Path(folder, "asset")
         staged.mkdir()
-        files = _prepare(staged, name, write, check)
+        files = _prepare(staged, name, write, check, losses)
         planned, held = place(home, number, files)
         return _asset("unchanged" if held else "would-publish", planned, name, files)
 
@@ -154,6 +158,7 @@ def _prepare(
     name: str,
     write: Callable[[Path], object],
     check: Callable[[Path], object] | None,
+    losses: Sequence[Mapping[str, Any]],
 ) -> tuple[FileRecord, ...]:
     """Have the asset written into the empty folder `staged` and checked; return its files."""
     write(staged)
@@ -161,7 +166,7 @@ def _prepare(
         raise ValueError(f"the asset has no entry layer {entry_layer(name)}")
     files = list_files(staged)
     if not (staged / MANIFEST_FILE).exists():  # a copy of a version brings its own
-        write_manifest(staged, name, files)
+        write_manifest(staged, name, files, losses)
     if check is not None:
         check(staged)
     return files

@@ -30,7 +30,8 @@ _YARN_TYPES = {attribute.name: attribute.type for attribute in contract.YARN_ATT
 class OpenAsset:
     """An asset opened for judging: its stage, material, textures and files.
 
-    `jobs` is the number of threads that read textures, by default one for each core.
+    `jobs` is the number of threads that read textures, by default one for each core. `colorway`
+    is the variant of the root that is judged, "" for the one that the asset chooses itself.
 
     Raises
     ------
@@ -38,16 +39,23 @@ class OpenAsset:
         When the entry layer cannot be opened.
     """
 
-    def __init__(self, entry: str | os.PathLike[str], jobs: int | None = None) -> None:
+    def __init__(
+        self, entry: str | os.PathLike[str], jobs: int | None = None, colorway: str = ""
+    ) -> None:
         self.entry = Path(os.path.abspath(entry))
         self.folder = self.entry.parent
         self.stage: Usd.Stage = open_stage(self.entry)
+        self.colorway = colorway
         with captured_diagnostics():
             # What counts is on disk, not what this process remembers of it.
             for layer in self.layers():
                 if not layer.dirty:
                     layer.Reload()
-        self.textures = TextureFolder(self.folder / contract.TEXTURE_DIR)
+            if colorway:
+                with Usd.EditContext(self.stage, self.stage.GetSessionLayer()):
+                    self._colorway_set().SetVariantSelection(colorway)
+        textures = self.folder / contract.TEXTURE_DIR
+        self.textures = TextureFolder(textures, textures / colorway if colorway else None)
         self._jobs = len(os.sched_getaffinity(0)) if jobs is None else jobs
         self._swept: Sweep | None = None
 
@@ -55,6 +63,24 @@ class OpenAsset:
     def root(self) -> Usd.Prim:
         """The default prim; invalid, hence false, when there is none."""
         return self.stage.GetDefaultPrim()
+
+    @property
+    def colorways(self) -> tuple[str, ...]:
+        """Names of the colorways, of which one is chosen; none where there is but one look."""
+        return tuple(self._colorway_set().GetVariantNames()) if self.root else ()
+
+    @property
+    def chosen(self) -> str:
+        """The colorway that is chosen, "" where none is."""
+        return str(self._colorway_set().GetVariantSelection()) if self.root else ""
+
+    def file_of_look(self, name: str) -> str:
+        """Return what the file called `name` in the contract is called in this colorway."""
+        return contract.of_colorway(name, self.colorway)
+
+    def texture_path(self, file: str) -> str:
+        """Return the anchored path of a texture: a colorway has those of its own in a folder."""
+        return f"./{self.textures.path(file).relative_to(self.folder).as_posix()}"
 
     @cached_property
     def material(self) -> Usd.Prim:
@@ -171,6 +197,9 @@ class OpenAsset:
             if self.decode_fault(file) is not None:
                 return "not every texture can be read"
         return None if len(sizes) == 1 else "the textures differ in size"
+
+    def _colorway_set(self) -> Usd.VariantSet:
+        return self.root.GetVariantSet(contract.COLORWAYS)
 
     def _authored(self, name: str, kind: str) -> Any:
         attribute = self.material.GetAttribute(name) if self.material else None

@@ -15,6 +15,9 @@ from weaveusd.validate.registry import Check, Survey, all_checks
 MAX_FINDINGS = 20
 """Findings of one check that a report lists; the rest are counted."""
 
+MAX_COLORWAYS = 64
+"""Colorways of one asset that are judged; no more are published together."""
+
 _READING = 0.8
 """Share of the time that goes into reading textures, for the progress bar."""
 
@@ -32,6 +35,9 @@ def validate(
     of the work done, 0…1. `checks` names the checks to run, by id or by the part of it before
     the slash; None runs them all.
 
+    Every colorway is judged. Of those beside the one that the asset chooses itself the report has
+    what is wrong, and nothing twice.
+
     Raises
     ------
     StageError
@@ -42,12 +48,34 @@ def validate(
     chosen = _select(checks)
     tell = progress or (lambda share: None)
     asset = OpenAsset(stage, jobs)
+    others = [name for name in asset.colorways[:MAX_COLORWAYS] if name != asset.chosen]
+    looks = 1 + len(others)
+    findings = _judge(chosen, asset, _part(tell, 0, looks))
+    told = {(f.code, f.message, f.where) for f in findings}
+    for index, colorway in enumerate(others, start=1):
+        other = OpenAsset(stage, jobs, colorway)
+        for finding in _judge(chosen, other, _part(tell, index, looks)):
+            about = (finding.code, finding.message, finding.where)
+            if finding.status > Status.SKIP and about not in told:
+                message = f"in the colorway {colorway}: {finding.message}"
+                findings.append(replace(finding, message=message))
+    return Report(str(stage), tuple(findings))
+
+
+def _part(tell: Callable[[float], None], index: int, count: int) -> Callable[[float], None]:
+    """Return what tells the share of part `index` of `count`."""
+    return lambda share: tell((index + share) / count)
+
+
+def _judge(
+    chosen: Collection[Check], asset: OpenAsset, tell: Callable[[float], None]
+) -> list[Finding]:
     surveys = _surveys(chosen, asset, lambda share: tell(_READING * share))
     findings: list[Finding] = []
     for done, check in enumerate(chosen, start=1):
         findings += run_check(check, asset, surveys.get(check.id))
         tell(_READING + (1 - _READING) * done / len(chosen))
-    return Report(str(stage), tuple(findings))
+    return findings
 
 
 def run_check(

@@ -126,13 +126,22 @@ class Reader:
 
 
 class TextureFolder:
-    """The textures of an asset by file name. Headers are read once, pixels never kept."""
+    """The textures of an asset by file name. Headers are read once, pixels never kept.
 
-    __slots__ = ("_headers", "folder")
+    Those in the folder `own` of a colorway stand before those of the same name in `folder`.
+    """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    __slots__ = ("_headers", "folder", "own")
+
+    def __init__(self, folder: Path, own: Path | None = None) -> None:
+        self.folder, self.own = folder, own
         self._headers: dict[str, Header] = {}
+
+    def path(self, file: str) -> Path:
+        """Return where `file` lies."""
+        if self.own is not None and (self.own / file).is_file():
+            return self.own / file
+        return self.folder / file
 
     def header(self, file: str) -> Header:
         """Return the header of `file`.
@@ -143,13 +152,13 @@ class TextureFolder:
             When the file is missing, no image, or larger than is decoded.
         """
         if file not in self._headers:
-            with _opened(self.folder / file) as source:
-                self._headers[file] = _header(self.folder / file, source.spec())
+            with _opened(self.path(file)) as source:
+                self._headers[file] = _header(self.path(file), source.spec())
         return self._headers[file]
 
     def open(self, file: str, stack: ExitStack) -> Reader:
         """Return what reads the rows of `file`, which stays open in `stack`."""
-        return Reader(self.folder / file, self.header(file), stack)
+        return Reader(self.path(file), self.header(file), stack)
 
     def bands(self, *files: str) -> Iterator[Band]:
         """Yield all rows of `files`, which are of one size, from the top down.

@@ -8,7 +8,7 @@ from pathlib import Path
 from weaveusd.errors import RecipeError
 from weaveusd.yarn.model import Recipe
 from weaveusd.yarn.spec import read_spec
-from weaveusd.yarn.toml import Table, read_table
+from weaveusd.yarn.toml import MAX_BYTES, Table, read_table, read_text
 
 PRESETS = Path(__file__).parent / "presets"
 MAX_SPECS = 64
@@ -23,6 +23,18 @@ def read_recipe(path: str | os.PathLike[str]) -> Recipe:
     return _recipe(read_table(Path(path), str(path)), Path(path).parent)
 
 
+def recipe_text(*, preset: str | None = None, path: str | os.PathLike[str] | None = None) -> str:
+    """Return the TOML of a preset or of the recipe file `path`, whichever is given.
+
+    Raises RecipeError as `read_preset` and `read_recipe` do.
+    """
+    if preset is not None:
+        return read_text(_preset_file(preset), MAX_BYTES, f"preset {preset}")
+    if path is None:
+        raise ValueError("expected a preset or a path")
+    return read_text(Path(path), MAX_BYTES, str(path))
+
+
 def preset_names() -> tuple[str, ...]:
     """Return the names of the presets, sorted."""
     return tuple(sorted(p.stem for p in PRESETS.glob("*.toml")))
@@ -30,9 +42,13 @@ def preset_names() -> tuple[str, ...]:
 
 def read_preset(name: str) -> Recipe:
     """Return the preset `name`; raises RecipeError that lists the presets there are."""
+    return _recipe(read_table(_preset_file(name), f"preset {name}"), PRESETS)
+
+
+def _preset_file(name: str) -> Path:
     if name not in preset_names():
         raise RecipeError(f"no preset {name!r}; there are {', '.join(preset_names())}")
-    return _recipe(read_table(PRESETS / f"{name}.toml", f"preset {name}"), PRESETS)
+    return PRESETS / f"{name}.toml"
 
 
 def _recipe(root: Table, folder: Path) -> Recipe:

@@ -32,9 +32,10 @@ MAX_BYTES = 8 << 20
 )
 def materialx_document(asset: OpenAsset) -> Iterator[Finding]:
     """The MaterialX document is valid, of standard nodes, and finds its textures."""
-    path = asset.folder / MATERIALX_FILE
+    name = asset.file_of_look(MATERIALX_FILE)
+    path = asset.folder / name
     if not path.is_file() or path.stat().st_size > MAX_BYTES:
-        yield BROKEN(f"expected a file of at most {MAX_BYTES} bytes", MATERIALX_FILE)
+        yield BROKEN(f"expected a file of at most {MAX_BYTES} bytes", name)
         return
     document = MaterialX.createDocument()
     options = MaterialX.XmlReadOptions()
@@ -43,7 +44,7 @@ def materialx_document(asset: OpenAsset) -> Iterator[Finding]:
         text = path.read_text(encoding="utf-8")
         MaterialX.readFromXmlString(document, text, MaterialX.FileSearchPath(), options)
     except (MaterialX.ExceptionParseError, UnicodeDecodeError) as error:
-        yield BROKEN(" ".join(str(error).split()), MATERIALX_FILE)
+        yield BROKEN(" ".join(str(error).split()), name)
         return
     spaces = {document.getColorSpace(), *_authored_spaces(document)}
     for space in sorted(spaces - set(MATERIALX_NAMES)):
@@ -53,7 +54,7 @@ def materialx_document(asset: OpenAsset) -> Iterator[Finding]:
     document.setDataLibrary(materialx_library())
     valid, message = document.validate()
     if not valid:
-        yield BROKEN(" ".join(message.split()), MATERIALX_FILE)
+        yield BROKEN(" ".join(message.split()), name)
     for element in document.traverseTree():
         if element.isA(MaterialX.Node) and element.getNodeDef() is None:
             yield NODE(f"no standard node {element.getCategory()}", element.getNamePath())

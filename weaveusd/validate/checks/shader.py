@@ -15,7 +15,6 @@ from weaveusd.contract import (
     SHADER_UV_SCALE,
     SHADER_VARNAME,
     SHADER_YARN_ARRAYS,
-    TEXTURE_DIR,
 )
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
@@ -87,7 +86,7 @@ def _judge_input(asset: OpenAsset, prim: Usd.Prim, name: str, kind: str) -> Iter
     if str(found) != kind:
         yield TYPE(f"has type {found}, expected {kind}", path)
     elif name in SHADER_FILES:
-        expected = f"./{TEXTURE_DIR}/{SHADER_FILES[name]}"
+        expected = asset.texture_path(SHADER_FILES[name])
         if isinstance(value, Sdf.AssetPath) and not value.path.endswith(expected[1:]):
             yield FILE(f"is @{value.path}@, expected @{expected}@", path)
     elif name in SHADER_YARN_ARRAYS:

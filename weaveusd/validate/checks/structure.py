@@ -19,6 +19,7 @@ METADATA = Code(
     "stage-metadata", Status.FAIL, "The entry layer does not state metersPerUnit or upAxis."
 )
 LOOK = Code("look-not-referenced", Status.FAIL, "The entry layer does not reference its look.")
+UNCHOSEN = Code("colorway-unchosen", Status.FAIL, "There are colorways, and none is chosen.")
 INFO = Code("asset-info", Status.FAIL, "The asset's identifier or name is missing or wrong.")
 
 
@@ -26,7 +27,7 @@ INFO = Code("asset-info", Status.FAIL, "The asset's identifier or name is missin
     id="structure/asset",
     why="Pipelines reference an asset by its default prim, trust its units and read its "
     "identity from assetInfo; a material at the root fails other houses' checks.",
-    codes=(ROOT, MATERIAL, METADATA, LOOK, INFO),
+    codes=(ROOT, MATERIAL, METADATA, UNCHOSEN, LOOK, INFO),
 )
 def asset_structure(asset: OpenAsset) -> Iterator[Finding]:
     """The entry layer has a Scope with one cloth material, units, a look and an identity."""
@@ -52,9 +53,15 @@ def asset_structure(asset: OpenAsset) -> Iterator[Finding]:
             str(root.GetPath()),
         )
 
-    spec = layer.GetPrimAtPath(root.GetPath())
-    references = spec.referenceList.GetAddedOrExplicitItems() if spec else []
-    expected = f"./{contract.LOOK_LAYER}"
+    if asset.colorways and not asset.chosen:
+        yield UNCHOSEN(
+            f"none of {', '.join(asset.colorways[:8])} is chosen, expected one as the default",
+            str(root.GetPath()),
+        )
+    # Those of a variant are in a spec of their own.
+    specs = [spec for spec in root.GetPrimStack() if spec.layer == layer]
+    references = [r for spec in specs for r in spec.referenceList.GetAddedOrExplicitItems()]
+    expected = f"./{asset.file_of_look(contract.LOOK_LAYER)}"
     if expected not in [reference.assetPath for reference in references]:
         yield LOOK(f"expected a reference to @{expected}@", str(root.GetPath()))
 

@@ -38,5 +38,5 @@ def texture_files(asset: OpenAsset) -> Iterator[Finding]:
             elif (fault := asset.decode_fault(file)) is not None:
                 raise fault
         except InputError as error:
-            path = asset.textures.folder / file
+            path = asset.textures.path(file)
             yield UNREADABLE(str(error).removeprefix(f"{path}: "), where)

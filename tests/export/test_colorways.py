@@ -1,0 +1,175 @@
+"""Recipes published together are variants of one asset that share what is equal."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from pxr import Sdf, Usd, UsdShade, UsdUtils
+
+import weaveusd
+from tests.export.cloths import cloth, texels
+from weaveusd.contract import CHANNELS, COLORWAYS
+from weaveusd.errors import InputError
+from weaveusd.export.asset import write_asset
+from weaveusd.stage import open_stage
+from weaveusd.validate.model import Status
+from weaveusd.validate.run import validate
+
+ROOT = Path(__file__).resolve().parents[2]
+TWILL = ROOT / "examples" / "drafts" / "twill_2_2.wif"
+
+
+def recolored(blue: float = 0.7):
+    material = cloth()
+
+    def band(first, last):
+        rows = texels(first, last, material.textures.width, material.textures.height)
+        rows["base_color"][..., 2] = blue
+        return rows
+
+    return replace(material, textures=replace(material.textures, band=band))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("asset")
+    material = cloth()
+    write_asset(material, path, colorways={"natural": material, "blue": recolored()})
+    return path
+
+
+def file_of(stage: Usd.Stage, name: str) -> str:
+    material = UsdShade.Material(stage.GetPrimAtPath("/plain/Material"))
+    shader = material.ComputeSurfaceSource("mitsuba")[0]
+    return str(shader.GetInput(name).Get().path)
+
+
+def test_a_colorway_has_its_own_look_and_only_the_textures_that_differ(folder):
+    own = {path.name for path in (folder / "textures" / "blue").iterdir()}
+    assert own == {"base_color.exr", "base_color.png"}
+    files = {path.name for path in folder.iterdir() if path.is_file()}
+    assert files == {
+        "README.md", "draft.wif", "plain.usda",
+        "look.usda", "material.mtlx", "recipe.toml",
+        "look.blue.usda", "material.blue.mtlx", "recipe.blue.toml",
+    }  # fmt: skip
+    shared = {f for c in CHANNELS.values() for f in c.files}
+    assert {p.name for p in (folder / "textures").iterdir() if p.is_file()} == shared
+
+
+def test_the_variant_chooses_the_look_and_shares_its_structure(folder):
+    stage = open_stage(folder / "plain.usda")
+    variants = stage.GetDefaultPrim().GetVariantSet(COLORWAYS)
+    assert variants.GetVariantNames() == ["blue", "natural"]
+    assert variants.GetVariantSelection() == "natural"
+    assert file_of(stage, "base_color_file") == "./textures/base_color.exr"
+    variants.SetVariantSelection("blue")
+    assert file_of(stage, "base_color_file") == "./textures/blue/base_color.exr"
+    assert file_of(stage, "normal_file") == "./textures/normal.exr"
+    listed = stage.GetPrimAtPath("/plain/Material").GetAttribute("weave:textures").Get()
+    assert "./textures/blue/base_color.png" in [asset.path for asset in listed]
+
+
+def test_a_stage_that_references_the_asset_selects_the_colorway(folder, tmp_path):
+    layer = Sdf.Layer.CreateNew(str(tmp_path / "shot.usda"))
+    prim = Sdf.PrimSpec(layer, "Cloth", Sdf.SpecifierDef, "Scope")
+    prim.referenceList.prependedItems = [Sdf.Reference(str(folder / "plain.usda"))]
+    prim.variantSelections[COLORWAYS] = "blue"
+    layer.Save()
+    stage = open_stage(tmp_path / "shot.usda")
+    surface = stage.GetPrimAtPath("/Cloth/Material/MitsubaSurface")
+    assert surface.GetAttribute("inputs:base_color_file").Get().path.startswith("./textures/blue/")
+
+
+def test_every_file_of_every_colorway_resolves_inside_the_asset(folder):
+    layers, assets, unresolved = UsdUtils.ComputeAllDependencies(str(folder / "plain.usda"))
+    assert not unresolved
+    assert {Path(layer.realPath).name for layer in layers} == {
+        "plain.usda", "look.usda", "look.blue.usda",
+    }  # fmt: skip
+    assert all(Path(a).is_relative_to(folder) for a in assets)
+
+
+def test_equal_colorways_cost_a_look_and_no_texture(tmp_path):
+    material = cloth()
+    write_asset(material, tmp_path, colorways={"one": material, "two": cloth()})
+    assert not (tmp_path / "textures" / "two").exists()
+    stage = open_stage(tmp_path / "plain.usda")
+    stage.GetDefaultPrim().GetVariantSet(COLORWAYS).SetVariantSelection("two")
+    assert file_of(stage, "base_color_file") == "./textures/base_color.exr"
+
+
+@pytest.mark.parametrize("names", [("natural", "../up"), ("natural", "a b"), ("", "blue")])
+def test_a_colorway_of_another_name_or_cloth_is_a_slip(tmp_path, names):
+    material = cloth()
+    looks = dict(zip(names, (material, recolored()), strict=True))
+    if "" in looks:
+        looks = {"first": recolored(), "second": material}
+    with pytest.raises(ValueError, match=r"safe|expected"):
+        write_asset(material, tmp_path, colorways=looks)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture(scope="module")
+def published(tmp_path_factory):
+    root = tmp_path_factory.mktemp("root")
+    return weaveusd.publish(
+        TWILL, preset="linen", colorways={"warm": "wool", "cool": "cotton"}, root=root,
+        resolution=96, name="trio",
+    )  # fmt: skip
+
+
+def test_recipes_of_other_setts_are_published_together_and_judged_each(published):
+    assert published.findings == []
+    assert {c["colorway"] for c in published.colors_out_of_reach} <= {"linen", "warm", "cool"}
+    stage = open_stage(published.asset.entry)
+    variants = stage.GetDefaultPrim().GetVariantSet(COLORWAYS)
+    seen = set()
+    for name in ("linen", "warm", "cool"):
+        variants.SetVariantSelection(name)
+        prim = stage.GetPrimAtPath("/trio/Material")
+        seen.add(prim.GetAttribute("weave:recipe").Get())
+        file = prim.GetAttribute("weave:recipeFile").Get()
+        assert f'name = "{prim.GetAttribute("weave:recipe").Get()}"' in (
+            Path(file.resolvedPath).read_text()
+        )
+    assert seen == {"linen", "wool", "cotton"}
+
+
+def test_a_fault_in_a_colorway_is_found_and_named(published, tmp_path):
+    copy = tmp_path / "copy"
+    shutil.copytree(published.asset.folder, copy)
+    (copy / "manifest.json").unlink()
+    look = copy / "look.warm.usda"
+    look.write_text(look.read_text().replace("weave:thickness = ", "weave:thickness = -"))
+    report = validate(copy / "trio.usda")
+    wrong = [f for f in report.findings if f.status > Status.SKIP]
+    assert wrong
+    assert all(f.message.startswith("in the colorway warm: ") for f in wrong)
+
+
+def test_a_missing_texture_of_a_colorway_is_found(published, tmp_path):
+    copy = tmp_path / "copy"
+    shutil.copytree(published.asset.folder, copy)
+    (copy / "manifest.json").unlink()
+    (copy / "textures" / "cool" / "yarn_id.png").unlink()
+    assert not validate(copy / "trio.usda").passed
+
+
+@pytest.mark.parametrize(
+    ("colorways", "said"),
+    [
+        ({"linen": "wool"}, "default recipe has that name"),
+        ({"../x": "wool"}, "expected a name such as 'x'"),
+        ({"x": "no_such_preset"}, "no preset"),
+        ({"x": "missing.toml"}, "missing.toml"),
+        ({f"c{i}": "wool" for i in range(64)}, "at most 64"),
+    ],
+)
+def test_a_wrong_colorway_is_refused_before_anything_is_made(tmp_path, colorways, said):
+    with pytest.raises(InputError, match=said):
+        weaveusd.publish(TWILL, preset="linen", colorways=colorways, root=tmp_path / "r")
+    assert not (tmp_path / "r").exists()

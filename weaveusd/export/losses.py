@@ -1,0 +1,160 @@
+"""The loss report: which effects of the exact cloth each network carries, changes or drops."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from weaveusd.contract import CLOTH_SHADER_ID, MITSUBA_CONTEXT, MTLX_SURFACES
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from weaveusd.shading.material import ClothMaterial
+
+Fate = Literal["carried", "approximated", "dropped"]
+
+COLOR = "color of every yarn"
+RELIEF = "normals of the yarns"
+GAPS = "gaps between the yarns"
+DIRECTION = "direction of the highlight, across the fibre"
+REFLECTANCE = "reflectance in every direction"
+OPTICS = "optics of each yarn"
+TRANSMISSION = "light through the fibres"
+GAMUT = "colors outside Rec.709"
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """What becomes of one effect of the exact cloth.
+
+    `how` says what stands in for it. `error` is measured where it can be: Σ |f̂ − f| / Σ f of the
+    tile's reflectance, over pairs of directions that were not fitted.
+    """
+
+    effect: str
+    fate: Fate
+    how: str = ""
+    error: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class NetworkLosses:
+    """The effects of one network: its name, where it is and who reads it."""
+
+    network: str
+    where: str
+    readers: str
+    effects: tuple[Effect, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the losses as JSON types, an effect without an error lacking the key."""
+        effects = [
+            {key: value for key, value in asdict(effect).items() if value not in (None, "")}
+            for effect in self.effects
+        ]
+        return {"network": self.network, "where": self.where, "effects": effects}
+
+
+def losses_of(material: ClothMaterial) -> tuple[NetworkLosses, ...]:
+    """Return the losses of every network of the cloth's look and MaterialX document.
+
+    An effect that the cloth does not have, such as transmission where no fibre transmits, is
+    left out.
+    """
+    errors = material.fits.errors
+    directed = Effect(DIRECTION, "carried")
+    one_lobe = Effect(OPTICS, "dropped") if _several_optics(material) else None
+    each_lobe = Effect(OPTICS, "approximated", "a roughness and an anisotropy for each yarn")
+    return (
+        NetworkLosses(
+            "mitsuba",
+            f"outputs:{MITSUBA_CONTEXT}:surface",
+            f"weaveusd render, by its BSDF {CLOTH_SHADER_ID}",
+            _exact(material),
+        ),
+        NetworkLosses(
+            "openpbr",
+            f"outputs:mtlx:surface, variant openPbr of {MTLX_SURFACES}; material.mtlx",
+            "renderers of MaterialX 1.39",
+            _standard(
+                material, directed, each_lobe if _several_optics(material) else None,
+                "an anisotropic lobe for each yarn over a diffuse base", errors.openpbr,
+            ),
+        ),
+        NetworkLosses(
+            "standard_surface",
+            f"outputs:mtlx:surface, variant standardSurface of {MTLX_SURFACES}; material.mtlx",
+            "renderers of older MaterialX",
+            _standard(
+                material, directed, one_lobe,
+                "one anisotropic lobe for all yarns over a diffuse base", errors.standard_surface,
+            ),
+        ),
+        NetworkLosses(
+            "preview",
+            "outputs:surface",
+            "every renderer of USD",
+            _standard(
+                material, Effect(DIRECTION, "dropped"), one_lobe,
+                "one lobe without direction over a diffuse base", errors.preview,
+            ),
+        ),
+    )  # fmt: skip
+
+
+def losses_as_json(losses: Sequence[NetworkLosses]) -> list[dict[str, Any]]:
+    """Return `losses` as JSON types."""
+    return [network.as_dict() for network in losses]
+
+
+def _exact(material: ClothMaterial) -> tuple[Effect, ...]:
+    """Return the effects of the exact shader, which has all of them but unreachable colors."""
+    color = Effect(COLOR, "carried")
+    short = [
+        yarn.name
+        for yarn, measured in zip(material.weave.yarns, material.measured, strict=True)
+        if measured.reached != yarn.color
+    ]
+    if short:
+        how = f"darker in {len(short)} of {len(material.weave.yarns)} yarns: weave:colorReached"
+        color = Effect(COLOR, "approximated", how)
+    kept = [RELIEF, GAPS, DIRECTION, REFLECTANCE]
+    if _several_optics(material):
+        kept.append(OPTICS)
+    return (color, *(Effect(name, "carried") for name in (*kept, *_special(material))))
+
+
+def _standard(
+    material: ClothMaterial, direction: Effect, optics: Effect | None, how: str, error: float
+) -> tuple[Effect, ...]:
+    effects = [
+        Effect(COLOR, "carried"),
+        Effect(RELIEF, "carried"),
+        Effect(GAPS, "carried"),
+        direction,
+        Effect(REFLECTANCE, "approximated", how, error),
+    ]
+    if optics is not None:
+        effects.append(optics)
+    special = _special(material)
+    if TRANSMISSION in special:
+        most = max(yarn.optics.tau for yarn in material.weave.yarns)
+        effects.append(Effect(TRANSMISSION, "dropped", f"up to {most:.0%} of the volume lobe"))
+    if GAMUT in special:
+        effects.append(Effect(GAMUT, "approximated", "clipped to Rec.709"))
+    return tuple(effects)
+
+
+def _special(material: ClothMaterial) -> list[str]:
+    """Return the effects that only some cloths have."""
+    found = []
+    if any(yarn.optics.tau > 0 for yarn in material.weave.yarns):
+        found.append(TRANSMISSION)
+    if material.color_space != "lin_rec709":
+        found.append(GAMUT)
+    return found
+
+
+def _several_optics(material: ClothMaterial) -> bool:
+    return len({yarn.optics for yarn in material.weave.yarns}) > 1
