@@ -77,6 +77,7 @@ VECTOR_PNG_LEVELS = 65534
 # --- The exact shader, on `outputs:mitsuba:surface` -------------------------------------------
 
 MITSUBA_CONTEXT = "mitsuba"
+GLSLFX_CONTEXT = "glslfx"
 CLOTH_SHADER_ID = "weaveusd_cloth"
 MAX_YARNS = 255
 """Yarns in one material: the yarn id is stored in 8 bits, 0 being the gap."""
@@ -261,8 +262,22 @@ YARN_ATTRIBUTES: tuple[Attribute, ...] = (
 # --- Files of an asset --------------------------------------------------------------------------
 
 TEXTURE_DIR = "textures"
+
+Door = Literal["usdz", "gltf", "u3m", "tx"]
+"""A format of other programs that an asset can have beside its own."""
+
+DOORS: tuple[Door, ...] = ("usdz", "gltf", "u3m", "tx")
+USDZ_SUFFIX = ".usdz"
+GLTF_SUFFIX = ".glb"
+U3M_SUFFIX = ".u3m"
+U3M_DIR = "u3m"
+TX_SUFFIX = ".tx"
+
 LOOK_LAYER = "look.usda"
 MATERIALX_FILE = "material.mtlx"
+EXACT_FILE = "exact.mtlx"
+MATERIALX_NODE_DIR = "materialx"
+GLSLFX_FILE = "cloth.glslfx"
 MANIFEST_FILE = "manifest.json"
 DRAFT_FILE = "draft.wif"
 RECIPE_FILE = "recipe.toml"

@@ -8,8 +8,8 @@
 // is turned to the side of `wi`. Angles are in radians. Only square roots and arc tangents are
 // used, which every GLSL computes well; its arc sines and cosines are rough.
 
-const float WEAVEUSD_PI = 3.14159265358979;
-const float WEAVEUSD_SURFACE_SCALE = 0.53033008589; // 3 / (4 sqrt(2))
+#define WEAVEUSD_PI 3.14159265358979
+#define WEAVEUSD_SURFACE_SCALE 0.53033008589 // 3 / (4 sqrt(2))
 
 // Unpolarized reflectance of a dielectric from outside.
 float weaveusd_fresnel(float cosine, float eta)
@@ -84,8 +84,8 @@ bool weaveusd_allowed(vec3 wi, vec3 wo, vec3 n, vec3 surface)
 vec2 weaveusd_directional_albedo(vec3 wi, vec3 t, float eta, float k_d, float k_s, float gamma_s,
                                  float gamma_v, float normalization)
 {
-    const int INCLINATIONS = 8;
-    const int AZIMUTHS = 4;
+    int inclinations = 8;
+    int azimuths = 4;
     float sin_i = clamp(dot(wi, t), -1.0, 1.0);
     float cos_i = sqrt(1.0 - sin_i * sin_i);
     float theta_i = atan(sin_i, cos_i);
@@ -94,30 +94,30 @@ vec2 weaveusd_directional_albedo(vec3 wi, vec3 t, float eta, float k_d, float k_
                     atan(0.5 * theta_i - 0.25 * WEAVEUSD_PI, gamma_v));
     vec2 high = vec2(atan(0.5 * theta_i + 0.25 * WEAVEUSD_PI, gamma_s),
                      atan(0.5 * theta_i + 0.25 * WEAVEUSD_PI, gamma_v));
-    vec2 step_u = (high - low) / float(INCLINATIONS);
+    vec2 step_u = (high - low) / float(inclinations);
     float enter = 1.0 - weaveusd_fresnel(cos_i, eta);
     float surface = 0.0;
     float volume = 0.0;
-    for (int i = 0; i < INCLINATIONS; ++i)
+    for (int i = 0; i < inclinations; ++i)
     {
         vec2 theta_o = 2.0 * gamma * tan(low + (float(i) + 0.5) * step_u) - vec2(theta_i);
         vec2 cos_o = cos(theta_o);
         vec2 ratio = cos_o / max(vec2(cos_i), cos_o);
         float cos_d = cos(0.5 * (theta_i - theta_o.x));
-        for (int j = 0; j < AZIMUTHS; ++j)
+        for (int j = 0; j < azimuths; ++j)
         {
-            float sin_phi = (2.0 * float(j) + 1.0) / float(AZIMUTHS) - 1.0;
+            float sin_phi = (2.0 * float(j) + 1.0) / float(azimuths) - 1.0;
             float cos_half = sqrt(0.5 + 0.5 * sqrt(1.0 - sin_phi * sin_phi));
             surface += weaveusd_fresnel(cos_d * cos_half, eta) * cos_half * ratio.x * ratio.x
-                       * step_u.x * 2.0 / (float(AZIMUTHS) * WEAVEUSD_PI);
+                       * step_u.x * 2.0 / (float(azimuths) * WEAVEUSD_PI);
         }
         float leave = 1.0 - weaveusd_fresnel(cos_o.y, eta);
         volume += (1.0 - k_d) * leave * ratio.y * ratio.y * step_u.y / WEAVEUSD_PI;
 
-        float even = ((float(i) + 0.5) / float(INCLINATIONS) - 0.5) * WEAVEUSD_PI;
+        float even = ((float(i) + 0.5) / float(inclinations) - 0.5) * WEAVEUSD_PI;
         float cos_e = cos(even);
         volume += k_d * 0.5 * (1.0 - weaveusd_fresnel(cos_e, eta)) * cos_e * cos_e
-                  / (cos_i + cos_e) * WEAVEUSD_PI / float(INCLINATIONS);
+                  / (cos_i + cos_e) * WEAVEUSD_PI / float(inclinations);
     }
     return vec2(k_s * WEAVEUSD_SURFACE_SCALE * surface, normalization * enter * volume);
 }

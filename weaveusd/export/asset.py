@@ -16,11 +16,14 @@ from weaveusd.contract import (
     entry_layer,
 )
 from weaveusd.export.entry import new_layer, write_entry
+from weaveusd.export.exact import write_exact
 from weaveusd.export.files import CLOTH_ITSELF, LookFiles
+from weaveusd.export.glslfx import glslfx_text
 from weaveusd.export.layers import define_prim
 from weaveusd.export.look import define_look
 from weaveusd.export.materialx import write_materialx
 from weaveusd.export.names import safe_name
+from weaveusd.export.network_mitsuba import optics_of
 from weaveusd.export.readme import readme_text
 from weaveusd.export.standard import standard_shading
 from weaveusd.export.textures import Progress, write_textures
@@ -35,6 +38,8 @@ def write_asset(
     *,
     colorways: Mapping[str, ClothMaterial] | None = None,
     previews: Sequence[str] = (),
+    exact: bool = False,
+    glslfx: bool = False,
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> Path:
@@ -57,6 +62,8 @@ def write_asset(
         that differ from the default's. None for a cloth without variants.
     previews
         Names of the pictures that will lie in `contract.PREVIEW_DIR`, the first the thumbnail.
+    exact, glslfx
+        Whether there is a MaterialX document with our own node, and our shader for Storm.
     jobs
         Threads that encode textures, by default one for each core.
     progress
@@ -78,7 +85,9 @@ def write_asset(
         share = _shared(progress, index, len(looks))
         covers.append(_write_textures(cloth, folder / at.folder, jobs, share))
         files.append(_without_twins(folder, at))
-        _write_look(cloth, folder, files[-1], covers[-1])
+        _write_look(cloth, folder, files[-1], covers[-1], glslfx=glslfx)
+        if exact:
+            write_exact(cloth, folder, files[-1])
     entry = folder / entry_layer(material.name)
     names = () if colorways is None else tuple(colorways)
     write_entry(material.name, entry, dict(zip(names, files, strict=False)), previews)
@@ -157,9 +166,15 @@ def _without_twins(folder: Path, files: LookFiles) -> LookFiles:
     return LookFiles(files.colorway, frozenset(own))
 
 
-def _write_look(material: ClothMaterial, folder: Path, files: LookFiles, cover: float) -> None:
+def _write_look(
+    material: ClothMaterial, folder: Path, files: LookFiles, cover: float, *, glslfx: bool
+) -> None:
     layer = new_layer(material.name)
-    define_look(define_prim(layer, material.name, "Scope"), material, cover, files)
+    root = define_prim(layer, material.name, "Scope")
+    define_look(root, material, cover, files, glslfx=glslfx)
     (folder / files.look).write_text(layer.ExportToString(), encoding="utf-8")
     write_materialx(material, folder / files.materialx, files)
+    if glslfx:
+        text = glslfx_text(optics_of(material))
+        (folder / files.glslfx).write_text(text, encoding="utf-8")
     (folder / files.recipe).write_bytes(material.provenance.recipe_toml)

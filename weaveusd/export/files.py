@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from weaveusd.contract import (
     DRAFT_FILE,
+    EXACT_FILE,
+    GLSLFX_FILE,
     LOOK_LAYER,
     MATERIALX_FILE,
     RECIPE_FILE,
@@ -34,6 +36,16 @@ class LookFiles:
     def materialx(self) -> str:
         """The MaterialX document."""
         return of_colorway(MATERIALX_FILE, self.colorway)
+
+    @property
+    def exact(self) -> str:
+        """The MaterialX document with our own node, where it is asked for."""
+        return of_colorway(EXACT_FILE, self.colorway)
+
+    @property
+    def glslfx(self) -> str:
+        """The shader for Storm, where it is asked for."""
+        return of_colorway(GLSLFX_FILE, self.colorway)
 
     @property
     def recipe(self) -> str:

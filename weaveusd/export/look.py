@@ -20,6 +20,7 @@ from weaveusd.contract import (
 from weaveusd.export.attributes import cloth_values, tidy, yarn_values
 from weaveusd.export.files import CLOTH_ITSELF
 from weaveusd.export.layers import apply_schemas, author, define_prim
+from weaveusd.export.network_glslfx import define_glslfx_network
 from weaveusd.export.network_mitsuba import define_mitsuba_network, optics_of
 from weaveusd.export.network_openpbr import MATERIALX_VERSION, define_materialx_networks
 from weaveusd.export.network_preview import define_preview_network
@@ -41,12 +42,18 @@ VARNAME_DOC = "Name of the primvar that holds the texture coordinates."
 
 
 def define_look(
-    root: Sdf.PrimSpec, material: ClothMaterial, cover: float, files: LookFiles = CLOTH_ITSELF
+    root: Sdf.PrimSpec,
+    material: ClothMaterial,
+    cover: float,
+    files: LookFiles = CLOTH_ITSELF,
+    *,
+    glslfx: bool = False,
 ) -> None:
     """Define the material of a cloth below `root`, in a layer beside the texture folder.
 
     Every attribute of both schemas is authored, so that a reader without our plugin sees all.
     `cover` is the mean of the opacity texture, `files` says where the textures are.
+    With `glslfx` there is a network for Storm, which prefers it to all others.
 
     Raises
     ------
@@ -68,6 +75,8 @@ def define_look(
     define_preview_network(prim, preview, files)
     define_materialx_networks(prim, openpbr, standard, files)
     define_mitsuba_network(prim, optics, material.color_space, files)
+    if glslfx:
+        define_glslfx_network(prim, files)
 
 
 def _author_attributes(

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
-from pxr import UsdValidation
+from pxr import UsdShade, UsdValidation
 
+from weaveusd.contract import GLSLFX_CONTEXT
 from weaveusd.stage import teach_sdr
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
@@ -28,6 +29,8 @@ def usd_validation(asset: OpenAsset) -> Iterator[Finding]:
     """OpenUSD's validators, all but those for usdz packages, find nothing."""
     teach_sdr()
     for error in UsdValidation.ValidationContext(_validators()).Validate(asset.stage):
+        if _is_unread_glslfx(error):
+            continue
         text = " ".join(f"{error.GetName()}: {error.GetMessage()}".split())
         severe = error.GetType() == UsdValidation.ValidationErrorType.Error
         yield (ERROR if severe else WARNING)(text, _where(error))
@@ -42,6 +45,15 @@ def _validators() -> list[Any]:
         if not metadata.isSuite and _PACKAGE_ONLY not in metadata.GetKeywords()
     ]
     return [registry.GetOrLoadValidatorByName(name) for name in sorted(names)]
+
+
+def _is_unread_glslfx(error: Any) -> bool:
+    """Return whether `error` is that this OpenUSD, without imaging, reads no glslfx."""
+    return error.GetName() == "MissingSourceTypeInRegistry" and all(
+        list(UsdShade.Shader(site.GetPrim()).GetSourceTypes()) == [GLSLFX_CONTEXT]
+        for site in error.GetSites()
+        if site.IsPrim()
+    )
 
 
 def _where(error: Any) -> str:
