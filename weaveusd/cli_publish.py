@@ -41,6 +41,13 @@ def _publish(
     recipe: Annotated[
         Path | None, typer.Option(help="Yarns and sett from a TOML file of yours.")
     ] = None,
+    colorway: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=RECIPE",
+            help="Another preset or recipe.toml, as a variant; repeat it for more.",
+        ),
+    ] = None,
     name: Annotated[
         str | None, typer.Option(help="Name of the asset; else the draft's and the recipe's.")
     ] = None,
@@ -65,6 +72,17 @@ def _publish(
         bool,
         typer.Option("--keep-personal", help="Keep author, address … in the asset's draft.wif."),
     ] = False,
+    previews: Annotated[
+        bool, typer.Option("--previews", help="Render pictures into the asset; takes minutes.")
+    ] = False,
+    usdz: Annotated[
+        bool, typer.Option("--usdz", help="Also a usdz package that opens from anywhere.")
+    ] = False,
+    gltf: Annotated[bool, typer.Option("--gltf", help="Also a glTF of a flat panel.")] = False,
+    u3m: Annotated[
+        bool, typer.Option("--u3m", help="Also a U3M 1.1 for garment programs.")
+    ] = False,
+    tx: Annotated[bool, typer.Option("--tx", help="Also mip-mapped .tx textures.")] = False,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Make and check it, keep nothing, say what would be.")
     ] = False,
@@ -99,6 +117,7 @@ def _publish(
         "root": root,
         "preset": preset,
         "recipe": recipe,
+        "colorways": _colorways(colorway or []),
         "name": name,
         "resolution": resolution,
         "texels_per_mm": texels_per_mm,
@@ -108,6 +127,12 @@ def _publish(
         "color_space": color_space.value,
         "version": version,
         "keep_personal": keep_personal,
+        "previews": previews,
+        "doors": [
+            name
+            for name, wanted in {"usdz": usdz, "gltf": gltf, "u3m": u3m, "tx": tx}.items()
+            if wanted
+        ],
         "dry_run": dry_run,
         "jobs": jobs,
     }
@@ -171,6 +196,7 @@ def _describe(done: Publication) -> None:
     say(f"{asset.status} {asset.asset} {asset.version}: {extent}")
     say(f"  entry     {asset.entry}")
     say(f"  material  {asset.material}")
+    say(f"  networks  {', '.join(_network(network) for network in done.losses)}")
     for finding in done.findings:
         say(f"  {finding['status']:<5} {finding['code']}: {finding['message']}")
     for yarn in done.colors_out_of_reach:
@@ -182,7 +208,25 @@ def _request(draft: Path, settings: dict[str, Any]) -> dict[str, Any]:
     """Return what is to be published as JSON types, paths from the root of the file system."""
     paths = {"draft": draft, **{key: settings[key] for key in ("root", "recipe")}}
     named = {key: path and os.path.abspath(path) for key, path in paths.items()}
-    return {**settings, **named}
+    colorways = {
+        name: os.path.abspath(source) if source.endswith(".toml") else source
+        for name, source in settings["colorways"].items()
+    }
+    return {**settings, **named, "colorways": colorways}
+
+
+def _colorways(options: list[str]) -> dict[str, str]:
+    """Return the recipes by name; a usage error where an option is none, or a name comes twice."""
+    found: dict[str, str] = {}
+    for option in options:
+        name, _, source = option.partition("=")
+        if not name or not source:
+            expected = "expected a name and a recipe such as blue=blue.toml"
+            raise typer.BadParameter(f"--colorway: found {option!r}, {expected}")
+        if name in found:
+            raise typer.BadParameter(f"--colorway: {name!r} comes twice")
+        found[name] = source
+    return found
 
 
 def _command(option: str, text: str | None) -> tuple[str, ...] | None:
@@ -201,6 +245,12 @@ def _pair(option: str, text: str | None, number: str) -> tuple[float, float] | N
     if found is None:
         raise typer.BadParameter(f"{option}: found {text!r}, expected two numbers such as 4x3")
     return float(found[1]), float(found[2])
+
+
+def _network(losses: dict[str, Any]) -> str:
+    """Return the name of a network, and how far it is from the exact one."""
+    errors = [effect["error"] for effect in losses["effects"] if "error" in effect]
+    return " ".join([str(losses["network"]), *(f"{error:.0%} off" for error in errors)])
 
 
 def _color(components: list[float]) -> str:

@@ -6,18 +6,18 @@ import hashlib
 import os
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from weaveusd._version import __version__
-from weaveusd.contract import COLOR_SPACES
+from weaveusd.contract import COLOR_SPACES, DOORS
 from weaveusd.errors import InputError, ValidationFailedError
 from weaveusd.patch import Patch
 
 if TYPE_CHECKING:
-    from weaveusd.contract import ColorSpace
+    from weaveusd.contract import ColorSpace, Door
     from weaveusd.export.publish import PublishedAsset
     from weaveusd.render.run import RenderResult
     from weaveusd.shading.material import ClothMaterial
@@ -79,6 +79,7 @@ def publish(
     version: str = "next",
     keep_personal: bool = False,
     previews: bool = False,
+    doors: Collection[str] = (),
     dry_run: bool = False,
     jobs: int | None = None,
     progress: Progress | None = None,
@@ -119,6 +120,8 @@ def publish(
     previews
         Render pictures into the asset: draped, swatch, and to scale. It takes minutes, and they
         differ in their last bits from machine to machine, and with them the asset's content.
+    doors
+        Formats of other programs to write beside the asset: ``usdz``, ``gltf``, ``u3m``, ``tx``.
     dry_run
         Make and check the asset in a temporary folder, touch nothing below `root`, and say what
         would have been published: the status is ``would-publish`` or ``unchanged``.
@@ -152,6 +155,7 @@ def publish(
     if not 0 <= seed < 1 << 31:
         raise InputError(f"seed: found {seed}, expected 0 to {(1 << 31) - 1}")
     space = _color_space(color_space)
+    other_doors = _doors(doors)
     if jobs is not None and not 1 <= jobs <= MAX_JOBS:
         raise InputError(f"jobs: found {jobs}, expected 1 to {MAX_JOBS}")
     recipes = _read_colorways(preset, recipe, colorways or {})
@@ -193,6 +197,10 @@ def publish(
                 folder / PREVIEW_DIR,
                 progress=lambda share: tell(0.05 + _WRITING * (0.1 + 0.9 * share)),
             )
+        if other_doors:
+            from weaveusd.export.doors import write_doors
+
+            write_doors(cloths[first], folder, other_doors, colorways=cloths if colorways else None)
 
     def check(folder: Path) -> None:
         from weaveusd.contract import entry_layer
@@ -309,20 +317,29 @@ def make_material(
 
 
 def render(
-    stage: PathLike, output: PathLike, *, scene: str | None = None, **settings: Any
+    stage: PathLike,
+    output: PathLike,
+    *,
+    scene: str | None = None,
+    colorway: str | None = None,
+    **settings: Any,
 ) -> RenderResult:
     """Render `stage` to the image `output`; settings as in `weaveusd.render.run.render`.
 
-    With the name of an example scene, `stage` is a published cloth that the scene wears.
+    With the name of an example scene, `stage` is a published cloth that the scene wears, in the
+    `colorway` that is named or else the cloth's own choice.
     """
     from weaveusd.render.run import render
 
     if scene is None:
+        if colorway is not None:
+            raise InputError(f"colorway {colorway!r}: expected a scene that wears the cloth")
         return render(stage, output, **settings)
     from weaveusd.render.scenes import dress, scene_path
 
     with tempfile.TemporaryDirectory() as folder:
-        dressed = dress(scene_path(scene), Path(stage), Path(folder) / f"{scene}.usda")
+        worn = Path(folder) / f"{scene}.usda"
+        dressed = dress(scene_path(scene), Path(stage), worn, colorway or "")
         return render(dressed, output, **settings)
 
 
@@ -411,6 +428,13 @@ def _color_space(name: str) -> ColorSpace:
         if name == known:
             return known
     raise InputError(f"color space: found {name!r}, expected {' or '.join(COLOR_SPACES)}")
+
+
+def _doors(names: Collection[str]) -> tuple[Door, ...]:
+    for name in names:
+        if name not in DOORS:
+            raise InputError(f"doors: found {name!r}, expected {', '.join(DOORS)}")
+    return tuple(door for door in DOORS if door in names)
 
 
 def _colors_out_of_reach(cloths: Mapping[str, ClothMaterial]) -> list[dict[str, Any]]:
