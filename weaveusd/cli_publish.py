@@ -83,6 +83,12 @@ def _publish(
         bool, typer.Option("--u3m", help="Also a U3M 1.1 for garment programs.")
     ] = False,
     tx: Annotated[bool, typer.Option("--tx", help="Also mip-mapped .tx textures.")] = False,
+    exact: Annotated[
+        bool, typer.Option("--exact", help="Write exact.mtlx, MaterialX by our own node.")
+    ] = False,
+    glslfx: Annotated[
+        bool, typer.Option("--glslfx", help="Add our shader for Storm and usdview.")
+    ] = False,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Make and check it, keep nothing, say what would be.")
     ] = False,
@@ -128,6 +134,8 @@ def _publish(
         "version": version,
         "keep_personal": keep_personal,
         "previews": previews,
+        "exact": exact,
+        "glslfx": glslfx,
         "doors": [
             name
             for name, wanted in {"usdz": usdz, "gltf": gltf, "u3m": u3m, "tx": tx}.items()

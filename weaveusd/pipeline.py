@@ -79,6 +79,8 @@ def publish(
     version: str = "next",
     keep_personal: bool = False,
     previews: bool = False,
+    exact: bool = False,
+    glslfx: bool = False,
     doors: Collection[str] = (),
     dry_run: bool = False,
     jobs: int | None = None,
@@ -120,6 +122,10 @@ def publish(
     previews
         Render pictures into the asset: draped, swatch, and to scale. It takes minutes, and they
         differ in their last bits from machine to machine, and with them the asset's content.
+    exact
+        Write ``exact.mtlx`` too: MaterialX by our own node, for renderers that run its GLSL.
+    glslfx
+        Give the material a network for Storm and usdview too, which prefer it to MaterialX.
     doors
         Formats of other programs to write beside the asset: ``usdz``, ``gltf``, ``u3m``, ``tx``.
     dry_run
@@ -177,7 +183,8 @@ def publish(
     }
     tell(0.05)
     findings = [_recipe_finding(w) for cloth in cloths.values() for w in cloth.weave.warnings]
-    losses = losses_as_json(losses_of(cloths[first]))
+    also = [n for n, asked in (("exact", exact), ("glslfx", glslfx)) if asked]
+    losses = losses_as_json(losses_of(cloths[first], also))
 
     def write(folder: Path) -> None:
         entry = write_asset(
@@ -185,6 +192,7 @@ def publish(
             folder,
             colorways=cloths if colorways else None,
             previews=_preview_names() if previews else (),
+            also=also,
             jobs=jobs,
             progress=lambda share: tell(0.05 + _WRITING * share * (0.1 if previews else 1)),
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import filecmp
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -38,8 +38,7 @@ def write_asset(
     *,
     colorways: Mapping[str, ClothMaterial] | None = None,
     previews: Sequence[str] = (),
-    exact: bool = False,
-    glslfx: bool = False,
+    also: Collection[str] = (),
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> Path:
@@ -62,8 +61,9 @@ def write_asset(
         that differ from the default's. None for a cloth without variants.
     previews
         Names of the pictures that will lie in `contract.PREVIEW_DIR`, the first the thumbnail.
-    exact, glslfx
-        Whether there is a MaterialX document with our own node, and our shader for Storm.
+    also
+        Networks on request: ``exact``, a MaterialX document with our own node, and ``glslfx``,
+        our shader for Storm.
     jobs
         Threads that encode textures, by default one for each core.
     progress
@@ -85,14 +85,14 @@ def write_asset(
         share = _shared(progress, index, len(looks))
         covers.append(_write_textures(cloth, folder / at.folder, jobs, share))
         files.append(_without_twins(folder, at))
-        _write_look(cloth, folder, files[-1], covers[-1], glslfx=glslfx)
-        if exact:
+        _write_look(cloth, folder, files[-1], covers[-1], glslfx="glslfx" in also)
+        if "exact" in also:
             write_exact(cloth, folder, files[-1])
     entry = folder / entry_layer(material.name)
     names = () if colorways is None else tuple(colorways)
     write_entry(material.name, entry, dict(zip(names, files, strict=False)), previews)
     (folder / DRAFT_FILE).write_bytes(material.provenance.draft_wif)
-    text = readme_text(material, covers[0], names, previews=bool(previews))
+    text = readme_text(material, covers[0], names, previews=bool(previews), also=also)
     (folder / README_FILE).write_text(text, encoding="utf-8")
     return entry
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from weaveusd.contract import CLOTH_SHADER_ID, MITSUBA_CONTEXT, MTLX_SURFACES
+from weaveusd.contract import CLOTH_SHADER_ID, GLSLFX_CONTEXT, MITSUBA_CONTEXT, MTLX_SURFACES
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
 
     from weaveusd.shading.material import ClothMaterial
 
@@ -56,17 +56,17 @@ class NetworkLosses:
         return {"network": self.network, "where": self.where, "effects": effects}
 
 
-def losses_of(material: ClothMaterial) -> tuple[NetworkLosses, ...]:
+def losses_of(material: ClothMaterial, also: Collection[str] = ()) -> tuple[NetworkLosses, ...]:
     """Return the losses of every network of the cloth's look and MaterialX document.
 
-    An effect that the cloth does not have, such as transmission where no fibre transmits, is
-    left out.
+    `also` names those on request that it has: ``exact`` and ``glslfx``. An effect that the cloth
+    does not have, such as transmission where no fibre transmits, is left out.
     """
     errors = material.fits.errors
     directed = Effect(DIRECTION, "carried")
     one_lobe = Effect(OPTICS, "dropped") if _several_optics(material) else None
     each_lobe = Effect(OPTICS, "approximated", "a roughness and an anisotropy for each yarn")
-    return (
+    always = (
         NetworkLosses(
             "mitsuba",
             f"outputs:{MITSUBA_CONTEXT}:surface",
@@ -101,11 +101,43 @@ def losses_of(material: ClothMaterial) -> tuple[NetworkLosses, ...]:
             ),
         ),
     )  # fmt: skip
+    return always + tuple(made for made in _on_request(material) if made.network in also)
 
 
 def losses_as_json(losses: Sequence[NetworkLosses]) -> list[dict[str, Any]]:
     """Return `losses` as JSON types."""
     return [network.as_dict() for network in losses]
+
+
+def _on_request(material: ClothMaterial) -> tuple[NetworkLosses, ...]:
+    """Return the losses of the networks with the exact BSDF in GLSL: lights have no error."""
+    dome = "exact for lights; a dome by its irradiance and the directional albedo"
+    return (
+        NetworkLosses(
+            "exact", "exact.mtlx", "renderers of MaterialX that run GLSL",
+            _with(_exact(material), {
+                REFLECTANCE: ("approximated", dome),
+                GAMUT: ("approximated", "clipped to Rec.709"),
+            }),
+        ),
+        NetworkLosses(
+            "glslfx", f"outputs:{GLSLFX_CONTEXT}:surface", "Storm and usdview",
+            _with(_exact(material), {
+                REFLECTANCE: ("approximated", dome),
+                GAPS: ("approximated", "cut out where less than half is covered"),
+                OPTICS: ("approximated", "by a filtered yarn id, wrong between yarns"),
+                GAMUT: ("approximated", "clipped to Rec.709"),
+            }),
+        ),
+    )  # fmt: skip
+
+
+def _with(effects: tuple[Effect, ...], changed: dict[str, tuple[Fate, str]]) -> tuple[Effect, ...]:
+    """Return `effects`, those of the names in `changed` with that fate and reason."""
+    return tuple(
+        Effect(effect.effect, *changed[effect.effect]) if effect.effect in changed else effect
+        for effect in effects
+    )
 
 
 def _exact(material: ClothMaterial) -> tuple[Effect, ...]:

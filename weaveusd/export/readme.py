@@ -10,7 +10,7 @@ from weaveusd.export.attributes import cloth_values, plain_text, yarn_values
 from weaveusd.export.losses import losses_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Collection, Iterable, Sequence
 
     from weaveusd.export.attributes import Value
     from weaveusd.export.losses import NetworkLosses
@@ -20,12 +20,17 @@ _SIGNS = {"carried": "yes", "approximated": "nearly", "dropped": "no"}
 
 
 def readme_text(
-    material: ClothMaterial, cover: float, colorways: Sequence[str] = (), previews: bool = False
+    material: ClothMaterial,
+    cover: float,
+    colorways: Sequence[str] = (),
+    previews: bool = False,
+    also: Collection[str] = (),
 ) -> str:
     """Return the text, in Markdown, of an asset with its `cover`, the mean of its opacity.
 
     `colorways` are the names of all of them where there are several, the first being the one
-    described and the default; with `previews` there are pictures.
+    described and the default; with `previews` there are pictures; `also` names the networks on
+    request.
     """
     values = cloth_values(material, cover)
     sections = [
@@ -33,7 +38,7 @@ def readme_text(
         _use(material, colorways),
         _size(values),
         _yarns(material),
-        _networks(losses_of(material)),
+        _networks(losses_of(material, also)),
         _origin(values),
     ]
     return "\n\n".join(sections) + "\n"
