@@ -107,6 +107,9 @@ def render(
             help="Example scene that wears the cloth STAGE: pillow, skirt, sofa, swatch …"
         ),
     ] = None,
+    colorway: Annotated[
+        str | None, typer.Option(help="Variant of the cloth that the scene wears.")
+    ] = None,
     camera: Annotated[str | None, typer.Option(help="Path of a camera prim.")] = None,
     width: Annotated[int, typer.Option(min=1, max=16384)] = 768,
     height: Annotated[
@@ -137,6 +140,7 @@ def render(
             stage,
             output,
             scene=scene,
+            colorway=colorway,
             camera=camera,
             width=width,
             height=height,

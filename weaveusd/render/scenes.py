@@ -55,17 +55,18 @@ def scene_path(name: str) -> Path:
     return scenes_dir() / f"{name}.usda"
 
 
-def dress(scene: Path, asset_entry: Path, output: Path) -> Path:
+def dress(scene: Path, asset_entry: Path, output: Path, colorway: str = "") -> Path:
     """Write a layer in which `scene` wears the cloth of `asset_entry`; return its path.
 
     The layer sublayers the scene and references the asset's default prim on `/World/Cloth`, both
     by paths relative to `output`, so that the three can be moved together. It appears whole or
-    not at all.
+    not at all. `colorway` is the variant of the asset that is worn, "" for its own choice.
 
     Raises
     ------
     InputError
-        When the output is no USD file name, its folder does not exist or it is one of the inputs.
+        When the output is no USD file name, its folder does not exist or it is one of the inputs,
+        or the asset has no such colorway.
     StageError
         When the scene has no prim `/World/Cloth`, or the asset no material in its default prim.
     """
@@ -80,11 +81,18 @@ def dress(scene: Path, asset_entry: Path, output: Path) -> Path:
             f"{asset_entry}: has no {contract.MATERIAL_NAME} in its default prim, "
             "expected a published cloth"
         )
+    known = asset.GetVariantSet(contract.COLORWAYS).GetVariantNames()
+    if colorway and colorway not in known:
+        raise InputError(
+            f"{asset_entry}: has no colorway {colorway!r}, expected one of {', '.join(known[:64])}"
+            if known
+            else f"{asset_entry}: has no colorways, found {colorway!r}"
+        )
     handle, part = tempfile.mkstemp(suffix=output.suffix, prefix=".dress-", dir=output.parent)
     os.close(handle)
     os.unlink(part)  # USD makes the file itself, with the rights of any new file
     try:
-        _write(Path(part), stage, scene, asset_entry)
+        _write(Path(part), stage, scene, asset_entry, colorway)
         os.replace(part, output)
     finally:
         if os.path.exists(part):
@@ -92,7 +100,7 @@ def dress(scene: Path, asset_entry: Path, output: Path) -> Path:
     return output
 
 
-def _write(part: Path, stage: Usd.Stage, scene: Path, asset_entry: Path) -> None:
+def _write(part: Path, stage: Usd.Stage, scene: Path, asset_entry: Path, colorway: str) -> None:
     """Write the layer as `part`, in the folder where it will stay."""
     layer = Sdf.Layer.CreateNew(str(part))
     # A sublayer's root metadata does not reach the stage: units and axis are said again.
@@ -105,6 +113,8 @@ def _write(part: Path, stage: Usd.Stage, scene: Path, asset_entry: Path) -> None
     layer.subLayerPaths.append(_anchored(scene, part.parent))
     spec = Sdf.CreatePrimInLayer(layer, CLOTH_PATH)
     spec.referenceList.prependedItems.append(Sdf.Reference(_anchored(asset_entry, part.parent)))
+    if colorway:
+        spec.variantSelections[contract.COLORWAYS] = colorway
     if not layer.Save():
         raise InputError(f"{part.parent}: cannot be written")
 
