@@ -183,7 +183,7 @@ def publish(
     }
     tell(0.05)
     findings = [_recipe_finding(w) for cloth in cloths.values() for w in cloth.weave.warnings]
-    also = [n for n, asked in (("exact", exact), ("glslfx", glslfx)) if asked]
+    also = [n for n, asked in (("exact", exact), ("glslfx", glslfx)) if asked] + [*other_doors]
     losses = losses_as_json(losses_of(cloths[first], also))
 
     def write(folder: Path) -> None:

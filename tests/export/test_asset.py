@@ -20,6 +20,8 @@ from weaveusd.contract import (
     CLOTH_API,
     CLOTH_ATTRIBUTES,
     CLOTH_SHADER_ID,
+    MTLX_SURFACES,
+    MTLX_VARIANTS,
     SHADER_FILES,
     SHADER_YARN_ARRAYS,
     YARN_API,
@@ -282,6 +284,53 @@ def test_openpbr_stretches_its_highlight_across_the_fibre(material):
     color = upstream(shader, "base_color").GetInput("file")
     assert color.GetAttr().GetColorSpace() == "srgb_texture"
     assert material.GetPrim().GetAttribute("config:mtlx:version").Get() == "1.39"
+
+
+def test_standard_surface_is_a_variant_of_the_same_output(folder):
+    stage = stages.open_stage(folder / "plain.usda")
+    material = UsdShade.Material(stage.GetPrimAtPath("/plain/Material"))
+    variants = material.GetPrim().GetVariantSet(MTLX_SURFACES)
+    assert variants.GetVariantNames() == sorted(MTLX_VARIANTS)
+    assert variants.GetVariantSelection() == "openPbr"
+    openpbr = surface(material, "mtlx")
+    variants.SetVariantSelection("standardSurface")
+    standard = surface(material, "mtlx")
+    assert standard.GetShaderId() == "ND_standard_surface_surfaceshader"
+    assert (
+        upstream(standard, "tangent").GetPath() == upstream(openpbr, "geometry_tangent").GetPath()
+    )
+    assert upstream(standard, "base_color").GetPath() == upstream(openpbr, "base_color").GetPath()
+    assert standard.GetInput("specular_anisotropy").Get() == pytest.approx(0.75)
+    assert surface(material).GetShaderId() == "UsdPreviewSurface"
+
+
+def test_the_weight_of_the_base_reaches_every_standard_network(tmp_path):
+    material = cloth()
+    fits = replace(
+        FITS, together=replace(FIT, base=0.5), yarns=(replace(FIT, base=0.6),) * 2,
+        isotropic=replace(FITS.isotropic, base=0.7),
+    )  # fmt: skip
+    write_asset(replace(material, fits=fits), tmp_path)
+    stage = stages.open_stage(tmp_path / "plain.usda")
+    prim = stage.GetPrimAtPath("/plain/Material")
+
+    def value(shader, name):
+        return prim.GetChild(shader).GetAttribute(f"inputs:{name}").Get()
+
+    assert value("MtlxStandard", "base") == pytest.approx(0.5)
+    assert value("MtlxSurface", "base_weight") == pytest.approx(0.6)
+    assert tuple(value("PreviewBaseColor", "scale")) == pytest.approx((0.7, 0.7, 0.7, 1))
+
+
+def test_the_recipe_lies_beside_the_draft_byte_for_byte(tmp_path):
+    material = cloth()
+    recipe = "name = 'ünïcode'\r\n# kept\n".encode()
+    provenance = replace(material.provenance, recipe_toml=recipe)
+    write_asset(replace(material, provenance=provenance), tmp_path)
+    assert (tmp_path / "recipe.toml").read_bytes() == recipe
+    stage = stages.open_stage(tmp_path / "plain.usda")
+    file = stage.GetPrimAtPath("/plain/Material").GetAttribute("weave:recipeFile").Get()
+    assert Path(file.resolvedPath) == tmp_path / "recipe.toml"
 
 
 def test_the_exact_shader_names_its_textures_and_the_optics_of_each_yarn(material):

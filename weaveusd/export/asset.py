@@ -63,7 +63,7 @@ def write_asset(
         Names of the pictures that will lie in `contract.PREVIEW_DIR`, the first the thumbnail.
     also
         Networks on request: ``exact``, a MaterialX document with our own node, and ``glslfx``,
-        our shader for Storm.
+        our shader for Storm. Names of other doors are for the README's losses alone.
     jobs
         Threads that encode textures, by default one for each core.
     progress

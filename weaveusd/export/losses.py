@@ -10,7 +10,7 @@ from weaveusd.contract import CLOTH_SHADER_ID, GLSLFX_CONTEXT, MITSUBA_CONTEXT, 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
-    from weaveusd.shading.material import ClothMaterial
+    from weaveusd.shading.material import ClothMaterial, StandardFit
 
 Fate = Literal["carried", "approximated", "dropped"]
 
@@ -59,13 +59,11 @@ class NetworkLosses:
 def losses_of(material: ClothMaterial, also: Collection[str] = ()) -> tuple[NetworkLosses, ...]:
     """Return the losses of every network of the cloth's look and MaterialX document.
 
-    `also` names those on request that it has: ``exact`` and ``glslfx``. An effect that the cloth
-    does not have, such as transmission where no fibre transmits, is left out.
+    `also` names those on request that it has: ``exact``, ``glslfx``, ``gltf`` and ``u3m``. An
+    effect that the cloth does not have, such as transmission where no fibre transmits, is left
+    out.
     """
-    errors = material.fits.errors
-    directed = Effect(DIRECTION, "carried")
-    one_lobe = Effect(OPTICS, "dropped") if _several_optics(material) else None
-    each_lobe = Effect(OPTICS, "approximated", "a roughness and an anisotropy for each yarn")
+    fits, errors = material.fits, material.fits.errors
     always = (
         NetworkLosses(
             "mitsuba",
@@ -77,17 +75,14 @@ def losses_of(material: ClothMaterial, also: Collection[str] = ()) -> tuple[Netw
             "openpbr",
             f"outputs:mtlx:surface, variant openPbr of {MTLX_SURFACES}; material.mtlx",
             "renderers of MaterialX 1.39",
-            _standard(
-                material, directed, each_lobe if _several_optics(material) else None,
-                "an anisotropic lobe for each yarn over a diffuse base", errors.openpbr,
-            ),
+            _lobe_a_yarn(material, errors.openpbr),
         ),
         NetworkLosses(
             "standard_surface",
             f"outputs:mtlx:surface, variant standardSurface of {MTLX_SURFACES}; material.mtlx",
             "renderers of older MaterialX",
             _standard(
-                material, directed, one_lobe,
+                material, fits.together, _carried(DIRECTION), _dropped_optics(material),
                 "one anisotropic lobe for all yarns over a diffuse base", errors.standard_surface,
             ),
         ),
@@ -96,7 +91,7 @@ def losses_of(material: ClothMaterial, also: Collection[str] = ()) -> tuple[Netw
             "outputs:surface",
             "every renderer of USD",
             _standard(
-                material, Effect(DIRECTION, "dropped"), one_lobe,
+                material, fits.isotropic, Effect(DIRECTION, "dropped"), _dropped_optics(material),
                 "one lobe without direction over a diffuse base", errors.preview,
             ),
         ),
@@ -110,7 +105,7 @@ def losses_as_json(losses: Sequence[NetworkLosses]) -> list[dict[str, Any]]:
 
 
 def _on_request(material: ClothMaterial) -> tuple[NetworkLosses, ...]:
-    """Return the losses of the networks with the exact BSDF in GLSL: lights have no error."""
+    """Return the losses of the exact BSDF in GLSL, where lights have no error, and other doors."""
     dome = "exact for lights; a dome by its irradiance and the directional albedo"
     return (
         NetworkLosses(
@@ -129,7 +124,38 @@ def _on_request(material: ClothMaterial) -> tuple[NetworkLosses, ...]:
                 GAMUT: ("approximated", "clipped to Rec.709"),
             }),
         ),
+        NetworkLosses(
+            "gltf", f"{material.name}.glb", "viewers of glTF with KHR_materials_anisotropy",
+            _with(_lobe_a_yarn(material, material.fits.errors.openpbr), {
+                GAPS: ("approximated", "cut out where less than half is covered"),
+            }),
+        ),
+        NetworkLosses(
+            "u3m", f"{material.name}.u3m", "programs for garments",
+            _lobe_a_yarn(material, None),
+        ),
     )  # fmt: skip
+
+
+def _lobe_a_yarn(material: ClothMaterial, error: float | None) -> tuple[Effect, ...]:
+    """Return the effects of a shader that has the lobe of every yarn in its textures."""
+    optics = Effect(OPTICS, "approximated", "a roughness and an anisotropy for each yarn")
+    return _standard(
+        material,
+        material.fits.yarns[0],
+        _carried(DIRECTION),
+        optics if _several_optics(material) else None,
+        "an anisotropic lobe for each yarn over a diffuse base",
+        error,
+    )
+
+
+def _dropped_optics(material: ClothMaterial) -> Effect | None:
+    return Effect(OPTICS, "dropped") if _several_optics(material) else None
+
+
+def _carried(effect: str) -> Effect:
+    return Effect(effect, "carried")
 
 
 def _with(effects: tuple[Effect, ...], changed: dict[str, tuple[Fate, str]]) -> tuple[Effect, ...]:
@@ -142,7 +168,7 @@ def _with(effects: tuple[Effect, ...], changed: dict[str, tuple[Fate, str]]) -> 
 
 def _exact(material: ClothMaterial) -> tuple[Effect, ...]:
     """Return the effects of the exact shader, which has all of them but unreachable colors."""
-    color = Effect(COLOR, "carried")
+    color = _carried(COLOR)
     short = [
         yarn.name
         for yarn, measured in zip(material.weave.yarns, material.measured, strict=True)
@@ -154,16 +180,25 @@ def _exact(material: ClothMaterial) -> tuple[Effect, ...]:
     kept = [RELIEF, GAPS, DIRECTION, REFLECTANCE]
     if _several_optics(material):
         kept.append(OPTICS)
-    return (color, *(Effect(name, "carried") for name in (*kept, *_special(material))))
+    return (color, *map(_carried, (*kept, *_special(material))))
 
 
 def _standard(
-    material: ClothMaterial, direction: Effect, optics: Effect | None, how: str, error: float
+    material: ClothMaterial,
+    fit: StandardFit,
+    direction: Effect,
+    optics: Effect | None,
+    how: str,
+    error: float | None,
 ) -> tuple[Effect, ...]:
+    color = _carried(COLOR)
+    if fit.base < 1:
+        weight = f"{fit.base:.0%} of it in the diffuse base, the rest left to the highlight"
+        color = Effect(COLOR, "approximated", weight)
     effects = [
-        Effect(COLOR, "carried"),
-        Effect(RELIEF, "carried"),
-        Effect(GAPS, "carried"),
+        color,
+        _carried(RELIEF),
+        _carried(GAPS),
         direction,
         Effect(REFLECTANCE, "approximated", how, error),
     ]
