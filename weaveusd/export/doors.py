@@ -31,8 +31,8 @@ def write_doors(
 ) -> None:
     """Write `doors` of the asset that `write_asset` has written into `folder`.
 
-    `material` and `colorways` are what it was written from. A usdz holds all colorways; of glTF
-    and U3M each has a file of its own. The same asset gives the same bytes.
+    `material` and `colorways` are what it was written from. Each colorway has files of its own.
+    The same asset gives the same bytes.
 
     Raises
     ------
@@ -50,10 +50,11 @@ def write_doors(
         if "u3m" in doors:
             name = of_colorway(f"{material.name}{U3M_SUFFIX}", files.colorway)
             write_u3m(cloth, folder, files, folder / name)
-    if "usdz" in doors:
-        size_mm = panel_size_mm(material.weave.repeat_mm)
-        entry = folder / entry_layer(material.name)
-        write_usdz(entry, folder / f"{material.name}{USDZ_SUFFIX}", size_mm)
+        if "usdz" in doors:
+            name = of_colorway(f"{material.name}{USDZ_SUFFIX}", files.colorway)
+            size_mm = panel_size_mm(cloth.weave.repeat_mm)
+            entry = folder / entry_layer(material.name)
+            write_usdz(entry, folder / name, size_mm, files.colorway)
 
 
 def _looks(

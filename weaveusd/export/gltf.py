@@ -20,7 +20,6 @@ from weaveusd.export.attributes import tidy
 from weaveusd.export.gltf_pictures import (
     ANISOTROPY,
     BASE_COLOR,
-    CUTOFF,
     NORMAL,
     SURFACE,
     Pictures,
@@ -108,7 +107,7 @@ def _document(
         "scenes": [{"name": material.name, "nodes": [0]}],
         "nodes": [{"name": material.name, "mesh": 0}],
         "meshes": [{"name": "Panel", "primitives": [primitive]}],
-        "materials": [_material(material, [*pictures.files], gaps=pictures.gaps)],
+        "materials": [_material(material, [*pictures.files], cover=pictures.cover)],
         "textures": [{"sampler": 0, "source": index} for index in range(len(pictures.files))],
         "samplers": [{
             "magFilter": _LINEAR, "minFilter": _LINEAR_MIPMAP, "wrapS": _REPEAT, "wrapT": _REPEAT,
@@ -136,7 +135,7 @@ def _accessor(view: int, name: str, array: Any) -> dict[str, Any]:
     return accessor
 
 
-def _material(material: ClothMaterial, pictures: list[str], *, gaps: bool) -> dict[str, Any]:
+def _material(material: ClothMaterial, pictures: list[str], *, cover: float) -> dict[str, Any]:
     shading = standard_shading(material.fits.yarns[0])
     scale = [tidy(1000 / length) for length in material.weave.repeat_mm]
 
@@ -146,7 +145,8 @@ def _material(material: ClothMaterial, pictures: list[str], *, gaps: bool) -> di
             "extensions": {"KHR_texture_transform": {"scale": scale}},
         }
 
-    mask = {"alphaMode": "MASK", "alphaCutoff": CUTOFF} if gaps else {}
+    # Half of the mean: from afar, where a texel is the mean of many, an open cloth stays there.
+    mask = {"alphaMode": "MASK", "alphaCutoff": round(cover / 2, 3)} if cover < 1 else {}
     return {
         "name": material.name,
         "doubleSided": True,

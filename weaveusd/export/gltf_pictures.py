@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 
     Bytes = NDArray[np.uint8]
 
-CUTOFF = 0.5
-"""Opacity from which a texel is there in alpha mode MASK."""
-
 BASE_COLOR, NORMAL, SURFACE, ANISOTROPY = "base_color", "normal", "surface", "anisotropy"
 
 _SOURCES = {
@@ -42,10 +39,10 @@ _SOURCES = {
 
 @dataclass(frozen=True, slots=True)
 class Pictures:
-    """The picture of each texture, and whether the cloth has gaps, which are in its alpha."""
+    """The picture of each texture, and the mean opacity, which is in the color's alpha below 1."""
 
     files: dict[str, Path]
-    gaps: bool
+    cover: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,12 +81,14 @@ def write_pictures(
         A picture could not be written.
     """
     sources = {key: asset / files.texture(name) for key, name in _SOURCES.items()}
-    gaps = any(
-        bool((rows["opacity"] < 255 * CUTOFF).any())
-        for rows in read_bands({"opacity": sources["opacity"]})
-    )
     lobes = [gltf_lobe(fit) for fit in fits]
     width, height = size_of(sources["opacity"])
+    opaque = sum(
+        int(rows["opacity"].sum(dtype=np.int64))
+        for rows in read_bands({"opacity": sources["opacity"]})
+    )
+    cover = opaque / (255 * width * height)
+    gaps = cover < 1
     pictures = {name: folder / f"{name}.png" for name in (BASE_COLOR, NORMAL, SURFACE, ANISOTROPY)}
     with ExitStack() as stack:
         writers = {
@@ -104,7 +103,7 @@ def write_pictures(
         for rows in read_bands(sources):
             for name, codes in _made(rows, lobes, gaps=gaps):
                 writers[name].write(codes)
-    return Pictures(pictures, gaps)
+    return Pictures(pictures, cover)
 
 
 def _made(rows: Rows, lobes: Sequence[GltfLobe], *, gaps: bool) -> Iterator[tuple[str, Bytes]]:

@@ -21,15 +21,17 @@ PICTURES = (".png", ".exr", ".jpg", ".jpeg", ".avif")
 """Suffixes that the format allows for images; a package holds nothing else beside its layer."""
 
 
-def write_usdz(entry: Path, package: Path, panel_mm: tuple[float, float]) -> None:
+def write_usdz(
+    entry: Path, package: Path, panel_mm: tuple[float, float], colorway: str = ""
+) -> None:
     """Write the asset whose entry layer is `entry` into the new file `package`.
 
-    The layer is the composed stage, binary, with every colorway. Beside the asset, outside the
-    default prim, stands a panel of `panel_mm` that wears it, so that a viewer has something to
-    show and a reference brings the material alone. What a package may not hold is left out: the
-    paths of the draft and the recipe, and networks whose source is a file. Inputs that take a
-    value from the material state it too, for readers that follow no connection to it. The same
-    asset gives the same bytes.
+    The layer is the composed stage, binary, with the selected variants, or the `colorway` that is
+    named: not every viewer knows variants. Beside the asset, outside the default prim, stands a
+    panel of `panel_mm` that wears it, so that a viewer has something to show and a reference
+    brings the material alone. What a package may not hold is left out: the paths of the draft and
+    the recipe, and networks whose source is a file. Inputs that take a value from the material
+    state it too, for readers that follow no connection to it. The same asset gives the same bytes.
 
     Raises
     ------
@@ -38,39 +40,23 @@ def write_usdz(entry: Path, package: Path, panel_mm: tuple[float, float]) -> Non
     WeaveusdError
         A picture is missing, all are too large together, or the disk refused.
     """
-    layer = _with_colorways(entry)
+    stage = open_stage(entry)
+    if colorway:
+        with Usd.EditContext(stage, stage.GetSessionLayer()):
+            stage.GetDefaultPrim().GetVariantSet(COLORWAYS).SetVariantSelection(colorway)
+    layer = _flattened(stage)
+    root = Path(f"{package.stem}.usdc")
+    layer.GetPrimAtPath(f"/{layer.defaultPrim}").assetInfo["identifier"] = Sdf.AssetPath(
+        f"./{root}"
+    )
     define_panel(layer, panel_mm)
     pictures = _relative_pictures(layer, entry.parent)
-    with tempfile.TemporaryDirectory(prefix="weaveusd-") as folder:
-        root = Path(folder, f"{entry.stem}.usdc")
-        layer.Export(str(root))
-        write_package(package, [(root.name, root), *((n, entry.parent / n) for n in pictures)])
-
-
-def _with_colorways(entry: Path) -> Sdf.Layer:
-    """Return the composed stage as one layer in memory, with a variant for each colorway."""
-    stage = open_stage(entry)
-    root = stage.GetDefaultPrim()
-    variants = root.GetVariantSet(COLORWAYS)
-    layer = _flattened(stage)
-    if names := variants.GetVariantNames():
-        chosen = variants.GetVariantSelection()
-        spec = layer.GetPrimAtPath(root.GetPath())
-        for child in list(spec.nameChildren):
-            del spec.nameChildren[child.name]
-        into = Sdf.VariantSetSpec(spec, COLORWAYS)
-        spec.variantSetNameList.prependedItems = [COLORWAYS]
-        spec.variantSelections[COLORWAYS] = chosen
-        for name in names:
-            with Usd.EditContext(stage, stage.GetSessionLayer()):
-                variants.SetVariantSelection(name)
-            source = _flattened(stage)
-            variant = Sdf.VariantSpec(into, name).primSpec.path
-            for child in source.GetPrimAtPath(root.GetPath()).nameChildren:
-                Sdf.CopySpec(source, child.path, layer, variant.AppendChild(child.name))
-    identifier = Sdf.AssetPath(f"./{entry.stem}.usdc")
-    layer.GetPrimAtPath(root.GetPath()).assetInfo["identifier"] = identifier
-    return layer
+    with tempfile.TemporaryDirectory(prefix="weaveusd-") as made:
+        folder = Path(made)
+        layer.Export(f"{folder}/{root}")
+        write_package(
+            package, [(root.name, folder / root), *((n, entry.parent / n) for n in pictures)]
+        )
 
 
 def _flattened(stage: Usd.Stage) -> Sdf.Layer:
