@@ -39,7 +39,7 @@ def _farm_template(
             raise InputError(f"{draft}: no such file, expected a WIF file")
     paths = [os.path.abspath(draft) for draft in drafts]
     arguments = _arguments(options, paths[0])
-    template = job_template(paths, os.path.abspath(root), arguments, name=job_name, command=command)
+    template = job_template(paths, os.fspath(root), arguments, name=job_name, command=command)
     sys.stdout.write(template)
 
 
@@ -50,8 +50,8 @@ def _arguments(options: str, draft: str) -> list[str]:
     except ValueError as error:
         raise typer.BadParameter(f"--options: found {options!r}: {error}") from error
     for argument in arguments:
-        if argument.split("=")[0] in OURS:
-            raise typer.BadParameter(f"--options: found {argument}, which the job decides")
+        if (option := argument.split("=")[0]) in OURS:
+            raise typer.BadParameter(f"--options: found {option}, which the job decides")
     app = typer.Typer()
     register_publish(app)
     publish = typer.main.get_command(app)
