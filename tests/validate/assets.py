@@ -7,6 +7,7 @@ agree exactly. Each cell of the drawdown is `CELL` texels wide and high.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from weaveusd.shading.material import (
     StandardFits,
 )
 from weaveusd.shading.measured import Measured
+from weaveusd.shading.normalization import normalization
 from weaveusd.synth.model import Band, TextureSet
 from weaveusd.yarn.model import RGB, Optics, System, Yarn
 
@@ -40,7 +42,7 @@ TWIST = 0.2
 PROVENANCE = Provenance(
     draft_title="Shot twill",
     draft_sha256="0" * 64,
-    draft_wif=b"[WIF]\nVersion=1.1\n",
+    draft_wif=b"[WIF]\nVersion=1.1\n",  # of no weave: `cloth` gives it its own
     shafts=4,
     recipe="linen",
     recipe_source="made by hand",
@@ -50,6 +52,10 @@ PROVENANCE = Provenance(
 PLAIN = np.array([[1, 0], [0, 1]], dtype=bool)
 TWILL = np.array([[(c - r) % 4 < 2 for c in range(4)] for r in range(4)])
 SATIN = np.array([[(2 * r - c) % 5 != 0 for c in range(5)] for r in range(5)])
+
+
+OPTICS = Optics(eta=1.54, k_d=0.3, k_s=1.0, gamma_s=0.21, gamma_v=0.42, tau=0.0)
+NORMALIZATION = normalization(1.54, 0.3, 1.0, 0.21, 0.42)
 
 
 def yarn(name: str, system: System, color: RGB) -> Yarn:
@@ -70,7 +76,7 @@ def yarn(name: str, system: System, color: RGB) -> Yarn:
         spine="circle",
         kappa=0.0,
         color=color,
-        optics=Optics(eta=1.54, k_d=0.3, k_s=1.0, gamma_s=0.21, gamma_v=0.42, tau=0.0),
+        optics=OPTICS,
     )
 
 
@@ -78,17 +84,32 @@ FIT = StandardFit(alpha_along=0.2, alpha_across=0.8, f0=0.045)
 FITS = StandardFits(FIT, (FIT, FIT), StandardFit(0.4, 0.4, 0.045), FitErrors(0.2, 0.25, 0.4))
 
 
-def surface(warp_up: Bools, colors: tuple[RGB, RGB], cell: int = CELL) -> Channels:
-    """Return the channels of the cloth `warp_up`, row 0 at y = 0."""
+def drawn(warp_up: Bools) -> bytes:
+    """Return a draft of `warp_up`: one shaft for each end, one row of the liftplan a pick."""
+    picks, ends = warp_up.shape
+    lines = ["[WIF]", "Version=1.1", "[WEAVING]", f"Shafts={ends}", "Rising Shed=true"]
+    lines += ["[WARP]", f"Threads={ends}", "[WEFT]", f"Threads={picks}", "[THREADING]"]
+    lines += [f"{end}={end}" for end in range(1, ends + 1)]
+    lines.append("[LIFTPLAN]")
+    for pick, row in enumerate(warp_up, start=1):
+        lines.append(f"{pick}=" + (",".join(str(k + 1) for k in np.flatnonzero(row)) or "0"))
+    return "\n".join([*lines, ""]).encode()
+
+
+def surface(
+    warp_up: Bools, colors: tuple[RGB, RGB], cell: int = CELL, *, cyclic: bool = True
+) -> Channels:
+    """Return the channels of the cloth `warp_up`, row 0 at y = 0; floats cut if not `cyclic`."""
     picks, ends = warp_up.shape
     step = PITCH_MM / cell
     y, x = np.mgrid[0 : picks * cell, 0 : ends * cell].astype(float) * step + step / 2
     row, column = (y / PITCH_MM).astype(int), (x / PITCH_MM).astype(int)
     top = warp_up[row, column]
 
-    along_warp = y - float_centers(warp_up)[row, column]
-    along_weft = x - float_centers(~warp_up.T).T[row, column]
-    along = np.where(top, along_warp, along_weft)
+    along_warp = y - float_centers(warp_up, cyclic)[row, column]
+    along_weft = x - float_centers(~warp_up.T, cyclic).T[row, column]
+    # A thread that is always on top lies straight.
+    along = np.nan_to_num(np.where(top, along_warp, along_weft))
     across = np.where(top, x - (column + 0.5) * PITCH_MM, y - (row + 0.5) * PITCH_MM)
     height = -0.5 * (ALONG * along**2 + ACROSS * across**2)
     slope_along, slope_across = -ALONG * along, -ACROSS * across
@@ -127,20 +148,20 @@ def double_angle(tangent: Doubles) -> Doubles:
     return np.stack([x * x - y * y, 2 * x * y], -1) / (x * x + y * y)[..., None]
 
 
-def float_centers(up: Bools) -> Doubles:
-    """Return for each crossing the middle of the float on it, down the columns, in mm."""
+def float_centers(up: Bools, cyclic: bool = True) -> Doubles:
+    """Return the middle of the float on each crossing, down the columns, in mm; NaN for endless."""
     length = len(up)
     centers = np.zeros(up.shape)
     for (row, column), is_up in np.ndenumerate(up):
         if is_up and not up[:, column].all():
             first, last = row, row
-            while up[(first - 1) % length, column]:
+            while (cyclic or first > 0) and up[(first - 1) % length, column]:
                 first -= 1
-            while up[(last + 1) % length, column]:
+            while (cyclic or last + 1 < length) and up[(last + 1) % length, column]:
                 last += 1
             centers[row, column] = (first + last + 1) / 2 * PITCH_MM
-        else:
-            centers[row, column] = (row + 0.5) * PITCH_MM
+        elif is_up:
+            centers[row, column] = np.nan
     return centers
 
 
@@ -196,10 +217,10 @@ def cloth(
         name="shot_twill",
         weave=weave,
         textures=TextureSet(width, height, repeat_mm, 7, band),
-        normalization=(1.8608, 1.75),
+        normalization=(NORMALIZATION, NORMALIZATION),
         measured=(Measured(1.5, yarns[0].color), Measured(1.25, yarns[1].color)),
         fits=FITS,
-        provenance=PROVENANCE,
+        provenance=replace(PROVENANCE, draft_wif=drawn(warp_up)),
     )
 
 

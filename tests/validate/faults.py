@@ -11,7 +11,7 @@ import numpy as np
 import OpenImageIO
 from numpy.typing import NDArray
 
-from tests.validate.assets import Channels, cloth, publish
+from tests.validate.assets import ACROSS, ALONG, TWILL, Channels, cloth, drawn, publish, surface
 from weaveusd.contract import GAP, MANIFEST_FILE
 from weaveusd.export.images import ImageWriter
 from weaveusd.export.manifest import list_files, write_manifest
@@ -179,7 +179,7 @@ in_text("array_too_short", LOOK, "inputs:eta = [1.54, 1.54]", "inputs:eta = [1.5
 in_text("array_of_other_numbers", LOOK, "inputs:eta = [1.54, 1.54]", "inputs:eta = [1.54, 1.55]",
         "shader-disagrees")  # fmt: skip
 in_text("scale_of_another_cloth", LOOK, "inputs:uv_scale = (500, 500)",
-        "inputs:uv_scale = (500, 400)", "uv-scale")  # fmt: skip
+        "inputs:uv_scale = (500, 400)", "uv-scale", "mtlx-disagrees")  # fmt: skip
 in_text("another_sett", LOOK, "weave:endsPerCm = 20", "weave:endsPerCm = 21", "sett-disagrees")
 in_text(
     "preview_unplugged",
@@ -231,9 +231,17 @@ def document_cut_short(folder: Path) -> None:
 
 in_text("document_of_unknown_nodes", MTLX, "<multiply ", "<multiplicate ", "mtlx-broken")
 in_text("document_of_unknown_types", MTLX, '<image name="opacity_map" type="float">',
-        '<image name="opacity_map" type="integer">', "mtlx-broken", "mtlx-node")  # fmt: skip
+        '<image name="opacity_map" type="integer">',
+        "mtlx-broken", "mtlx-node", "mtlx-disagrees")  # fmt: skip
 in_text("document_of_no_color_space", MTLX, ' colorspace="lin_rec709"', "", "mtlx-color-space")
-in_text("document_of_other_files", MTLX, "textures/normal.png", "../normal.png", "mtlx-file")
+in_text(
+    "document_of_other_files",
+    MTLX,
+    "textures/normal.png",
+    "../normal.png",
+    "mtlx-file",
+    "mtlx-disagrees",
+)
 
 # --- Textures -------------------------------------------------------------------------------------
 
@@ -325,10 +333,12 @@ def a_yarn_id_beyond_the_list(folder: Path) -> None:
     rewrite(folder / "textures" / "yarn_id.png", change)
 
 
-@in_channels("yarn-id-unused")
+@in_channels("yarn-id-unused", "weave-disagrees")
 def a_weft_that_is_not_there(channels: Channels) -> None:
     weft = channels["yarn_id"] == 1
-    channels["yarn_id"][weft], channels["opacity"][weft] = GAP, 0
+    for name in ("yarn_id", "system"):
+        channels[name][weft] = GAP
+    channels["opacity"][weft] = 0
 
 
 @in_files("encodings-disagree")
@@ -369,7 +379,7 @@ def three_columns_cut_off(channels: Channels) -> None:
 
 
 in_text("another_weave", LOOK, "weave:drawdownSha256 = \"1", "weave:drawdownSha256 = \"2",
-        "drawdown-disagrees")  # fmt: skip
+        "drawdown-disagrees", "draft-disagrees")  # fmt: skip
 
 in_text("another_colorway", LOOK, "weave:yarn:ecru:color = (0.6, 0.5, 0.4)",
         "weave:yarn:ecru:color = (0.6, 0.5, 0.9)", "color-disagrees")  # fmt: skip
@@ -379,6 +389,155 @@ in_text("another_cover", LOOK, "weave:cover = 0.875", "weave:cover = 0.9", "cove
 @in_channels("color-disagrees", "color-misplaced")
 def colors_shifted_by_three_rows(channels: Channels) -> None:
     channels["base_color"] = np.roll(channels["base_color"], 3, axis=0)
+
+
+# --- The draft ------------------------------------------------------------------------------------
+
+
+@in_files("draft-broken")
+def a_draft_of_no_weave(folder: Path) -> None:
+    (folder / "draft.wif").write_text("[WIF]\nVersion=1.1\n")
+
+
+in_text("a_draft_of_three_ends", "draft.wif", "[WARP]\nThreads=4", "[WARP]\nThreads=3",
+        "draft-broken")  # fmt: skip
+
+
+@in_files("draft-size")
+def a_draft_of_another_size(folder: Path) -> None:
+    three = np.eye(3, dtype=bool)
+    (folder / "draft.wif").write_bytes(drawn(three))
+
+
+in_text("another_draft", "draft.wif", "1=1,2\n", "1=1,3\n", "draft-disagrees", "weave-disagrees")
+
+
+@in_files("weave-disagrees", "system-disagrees")
+def warp_and_weft_swapped_in_one_map(folder: Path) -> None:
+    rewrite(folder / "textures" / "system.png", lambda pixels: np.where(pixels, 3 - pixels, 0))
+
+
+@in_files("system-disagrees")
+def a_texel_of_the_other_system(folder: Path) -> None:
+    def change(pixels: NDArray) -> None:
+        pixels[8, 8] = 3 - pixels[8, 8]
+
+    rewrite(folder / "textures" / "system.png", change)
+
+
+in_text("two_yarns_on_one_thread", LOOK, 'weave:yarn:indigo:system = "weft"',
+        'weave:yarn:indigo:system = "warp"',
+        "thread-mixed", "system-disagrees", "drawdown-disagrees", "fibre-across")  # fmt: skip
+
+# --- What the thesis's own code did -------------------------------------------------------------
+
+
+@in_channels("fibre-across", "frame-not-orthogonal")
+def weft_tangents_by_the_formula_of_the_warp(channels: Channels) -> None:
+    weft = channels["system"][..., 0] == 1
+    channels["tangent"][weft] = channels["tangent"][weft][:, [1, 0, 2]]
+
+
+@in_channels("normal-of-other-slope", "frame-not-orthogonal")
+def weft_normals_with_exchanged_curvatures(channels: Channels) -> None:
+    weft = channels["system"][..., 0] == 1
+    normal = channels["normal"][weft]
+    slopes = normal[:, :2] / normal[:, 2:] * (ACROSS / ALONG, ALONG / ACROSS)
+    turned = np.concatenate([slopes, np.ones((len(slopes), 1))], axis=1)
+    channels["normal"][weft] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+
+
+@in_files("vector-not-unit", "frame-not-orthogonal", "normal-not-of-height", "encodings-disagree")
+def normals_gamma_encoded_in_the_linear_file(folder: Path) -> None:
+    def change(pixels: NDArray) -> NDArray:
+        encoded = 2 * (pixels.astype(float) / 2 + 0.5) ** (1 / 2.2) - 1
+        return encoded.astype(pixels.dtype)
+
+    rewrite(folder / "textures" / "normal.exr", change)
+
+
+@in_channels("fibre-across")
+def tangents_along_the_other_axis_of_the_frame(channels: Channels) -> None:
+    channels["tangent"][...] = np.cross(channels["tangent"], channels["normal"])
+
+
+@in_channels("float-cut")
+def floats_cut_at_the_edge(channels: Channels) -> None:
+    colors = (0.6, 0.5, 0.4), (0.05, 0.06, 0.2)
+    channels.update(surface(TWILL, colors, cyclic=False))
+
+
+@in_channels("color-disagrees")
+def colors_a_tenth_too_light(channels: Channels) -> None:
+    channels["base_color"] *= 1.1
+
+
+# --- Other readers -------------------------------------------------------------------------------
+
+in_text("another_base_weight", MTLX, '<input name="base_weight" type="float" value="1"',
+        '<input name="base_weight" type="float" value="0.9"', "mtlx-disagrees")  # fmt: skip
+
+
+def tx_of(folder: Path, change: Callable[[NDArray], NDArray] = np.asarray, **levels: bool) -> None:
+    """Write opacity.tx by OpenImageIO's own means, from the texture as `change` makes it."""
+    textures = folder / "textures"
+    source = OpenImageIO.ImageBuf(str(textures / "opacity.png"))
+    pixels = source.get_pixels(OpenImageIO.FLOAT)
+    changed = np.ascontiguousarray(change(pixels), np.float32)
+    height, width, channels = changed.shape
+    spec = OpenImageIO.ImageSpec(width, height, channels, OpenImageIO.HALF)
+    made = OpenImageIO.ImageBuf(spec)
+    made.set_pixels(OpenImageIO.ROI(), changed)
+    target = str(textures / "opacity.tx")
+    config = OpenImageIO.ImageSpec()
+    config.attribute("maketx:nomipmap", 0 if levels.get("whole", True) else 1)
+    config.attribute("maketx:fileformatname", "openexr")
+    config.attribute("DateTime", "2000:01:01 00:00:00")
+    assert OpenImageIO.ImageBufAlgo.make_texture(OpenImageIO.MakeTxTexture, made, target, config), (
+        OpenImageIO.geterror()
+    )
+
+
+@in_files("mip-broken")
+def a_tx_that_is_none(folder: Path) -> None:
+    (folder / "textures" / "normal.tx").write_bytes(b"nothing")
+
+
+@in_files("mip-missing")
+def a_tx_of_one_level(folder: Path) -> None:
+    tx_of(folder, whole=False)
+
+
+@in_files("mip-disagrees")
+def a_tx_of_an_older_texture(folder: Path) -> None:
+    tx_of(folder, lambda pixels: np.roll(pixels, 5, axis=0))
+
+
+@in_files("mip-disagrees", "mip-range")
+def a_tx_twice_as_bright(folder: Path) -> None:
+    tx_of(folder, lambda pixels: pixels * 2)
+
+
+# --- Optics --------------------------------------------------------------------------------------
+
+
+@in_files("energy-gained", "normalization-disagrees")
+def a_yarn_that_makes_light_of_its_own(folder: Path) -> None:
+    restate(folder, "normalization", 4.0)
+
+
+@in_files("normalization-disagrees")
+def a_normalization_of_another_yarn(folder: Path) -> None:
+    restate(folder, "normalization", 1.5)
+
+
+def restate(folder: Path, attribute: str, value: float, shader_input: str = "") -> None:
+    """State another `value` for both yarns, in the attributes and in the exact shader."""
+    look = folder / LOOK
+    text = re.sub(rf"(weave:yarn:\w+:{attribute} = )\S+", rf"\g<1>{value}", look.read_text())
+    name = shader_input or attribute
+    text = re.sub(rf"(inputs:{name} = \[)[^]]*", rf"\g<1>{value}, {value}", text)
+    look.write_text(text)
 
 
 # --- The manifest ---------------------------------------------------------------------------------
@@ -397,7 +556,7 @@ def an_added_file(folder: Path) -> None:
     (folder / "notes.txt").write_text("mine")
 
 
-@in_files("manifest-gone", "path-missing", "usd-error", sealed=False)
+@in_files("manifest-gone", "path-missing", "usd-error", "draft-broken", sealed=False)
 def a_file_gone(folder: Path) -> None:
     (folder / "draft.wif").unlink()
 

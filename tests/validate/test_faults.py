@@ -1,10 +1,11 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from tests.validate.assets import PLAIN, PROVENANCE, SATIN, TWILL, cloth, publish
+from tests.validate.assets import PLAIN, PROVENANCE, SATIN, TWILL, cloth, drawn, publish
 from tests.validate.faults import FAULTS, Fault
 from tests.weaves import plain, satin, twill, woven
 from weaveusd.shading.shade import shade
@@ -32,7 +33,8 @@ def test_a_good_asset_passes_every_check(warp_up, tmp_path: Path) -> None:
 @pytest.mark.parametrize("warp_up", [plain(), twill(1, 3), satin(8, 3)])
 def test_what_the_makers_make_passes(warp_up, preset: str, tmp_path: Path) -> None:
     cloth = woven(warp_up, preset)
-    material = shade("cloth", cloth, synthesize(cloth, resolution=160, seed=5), PROVENANCE)
+    source = replace(PROVENANCE, draft_wif=drawn(cloth.warp_up))
+    material = shade("cloth", cloth, synthesize(cloth, resolution=160, seed=5), source)
     report = validate(publish(tmp_path / "v001", material))
     assert report.passed
     assert all(finding.code.endswith(("/pass", "-unread")) for finding in report.findings)

@@ -102,11 +102,8 @@ def test_a_check_that_breaks_down_over_texels_is_an_error(
     monkeypatch.setattr(Cover, "look", look)
     report = validate(entry, checks=["agreement"])
     status = {finding.check: finding.status for finding in report.findings}
-    assert status == {
-        "agreement/drawdown": Status.PASS,
-        "agreement/colors": Status.PASS,
-        "agreement/cover": Status.ERROR,
-    }
+    assert status.pop("agreement/cover") is Status.ERROR
+    assert set(status.values()) == {Status.PASS}
 
 
 def test_a_file_that_ends_early_is_named_and_the_others_are_read_to_their_end(

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from weaveusd.contract import TEXTURE_DIR
+from weaveusd.validate.crossings import OFFSETS, Crossings
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
-from weaveusd.validate.textures import Band, Header
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from weaveusd.validate.textures import Band
 
 OTHER = Code("drawdown-disagrees", Status.FAIL, "The textures show another weave than is stated.")
 UNEVEN = Code(
@@ -23,9 +20,6 @@ UNEVEN = Code(
     Status.SKIP,
     "The weave cannot be read off the textures: threads are not evenly spaced, or not seen.",
 )
-
-OFFSETS = ((0.5, 0.5), (0.35, 0.5), (0.65, 0.5), (0.5, 0.35), (0.5, 0.65))
-"""Places in a crossing, as shares of its width and height, the middle first."""
 
 EVEN = 0.995
 """Share of crossings that look the same at every place when threads are evenly spaced."""
@@ -54,7 +48,7 @@ class Drawdown:
         if not self._known or self._coarse:
             return
         header = asset.textures.header("yarn_id.png")
-        self._places = [_Place(ends, picks, header, offset) for offset in OFFSETS]
+        self._places = [Crossings(ends, picks, header, offset) for offset in OFFSETS]
         self._system = np.full(256, -1, dtype=np.int8)
         for number, yarn in enumerate(asset.yarns, start=1):
             self._system[number] = {"warp": 1, "weft": 0}.get(asset.yarn(yarn, "system"), -1)
@@ -63,7 +57,7 @@ class Drawdown:
         """Read the crossings that lie in the band."""
         if self._known and not self._coarse:
             for place in self._places:
-                place.read(band, self._system)
+                place.read(band.first, band.pixels["yarn_id.png"][..., 0])
 
     def findings(self) -> Iterator[Finding]:
         """Compare what was read with the drawdown that is stated."""
@@ -74,7 +68,7 @@ class Drawdown:
             what = f"{self._ends} ends and {self._picks} picks"
             yield UNEVEN(f"there are too few texels for {what}", where)
             return
-        middle, *others = (place.warp_up for place in self._places)
+        middle, *others = (self._system[place.shown] for place in self._places)
         same = np.mean(np.all([other == middle for other in others], axis=0))
         if (middle < 0).any():
             yield UNEVEN("a crossing shows the yarn of neither system", where)
@@ -88,22 +82,3 @@ class Drawdown:
                     f"but weave:drawdownSha256 is {self._stated}",
                     where,
                 )
-
-
-class _Place:
-    """What lies on top at one place in each crossing: `offset`, shares of width and height.
-
-    `warp_up` is (picks, ends), row 0 the first pick: 1 warp on top, 0 weft, -1 neither.
-    """
-
-    def __init__(self, ends: int, picks: int, header: Header, offset: tuple[float, float]) -> None:
-        self._columns = ((np.arange(ends) + offset[0]) * header.width / ends).astype(int)
-        rows_up = ((np.arange(picks) + offset[1]) * header.height / picks).astype(int)
-        self._rows = header.height - 1 - rows_up  # the image's top row has the highest y
-        self.warp_up = np.empty((picks, ends), dtype=np.int8)
-
-    def read(self, band: Band, system: NDArray[np.int8]) -> None:
-        """Fill in the crossings in `band`; `system` is what each yarn id belongs to."""
-        ids = band.pixels["yarn_id.png"][..., 0]
-        here = np.flatnonzero((self._rows >= band.first) & (self._rows < band.first + len(ids)))
-        self.warp_up[here] = system[ids[np.ix_(self._rows[here] - band.first, self._columns)]]

@@ -25,6 +25,11 @@ if TYPE_CHECKING:
 DISAGREE = Code(
     "normal-not-of-height", Status.FAIL, "Normals do not lean down the slopes of the heights."
 )
+STEEP = Code(
+    "normal-of-other-slope",
+    Status.FAIL,
+    "Normals of warp or weft lean by far more, or less, than the heights slope.",
+)
 COARSE = Code(
     "slopes-unread", Status.SKIP, "The textures are too coarse to tell the slopes of a yarn."
 )
@@ -41,6 +46,11 @@ REACH = 2
 AGREEMENT = 0.5
 """Least correlation: 1 for true normals, -1 for a flipped axis, 0 for exchanged ones."""
 
+GAIN = (0.7, 1.4)
+"""Least and largest lean of normals for one of the heights' slopes, at least squares."""
+
+NAMES = ("warp", "weft")
+
 TEXELS_PER_THREAD = 12
 """Coarser textures step over the borders between threads of one yarn."""
 
@@ -53,7 +63,7 @@ FEWEST = 0.02
     why="A flipped or turned normal map lights every yarn from the wrong side, and looks almost "
     "right.",
     needs=("material", "textures"),
-    codes=(DISAGREE, COARSE),
+    codes=(DISAGREE, STEEP, COARSE),
 )
 class Slopes:
     """Normals lean down the slopes of the height texture, along both axes."""
@@ -64,8 +74,13 @@ class Slopes:
         header = asset.textures.header("height.exr")
         self._size = header.width, header.height
         self._stated = all(isinstance(size, float) and size > 0 for size in self._repeat_mm)
-        self._sums = np.zeros((2, 3))  # squares from heights, from normals, products; x then y
-        self._judged = np.zeros(2, np.int64)
+        # Squares from heights, from normals, products; x then y, of warp, weft and others.
+        self._sums = np.zeros((2, 3, 3))
+        self._judged = np.zeros((2, 3), np.int64)
+        self._system = np.full(256, 2, np.int64)
+        for number, yarn in enumerate(asset.yarns, start=1):
+            system = asset.yarn(yarn, "system")
+            self._system[number] = NAMES.index(system) if system in NAMES else 2
         self._texels = 0
         self._above: Rows | None = None  # the last rows of the band before
 
@@ -89,27 +104,49 @@ class Slopes:
     def _add(self, axis: int, rows: Rows) -> None:
         # Image rows run against y.
         step = (1, -1)[axis] * self._repeat_mm[axis] / self._size[axis]
-        _compare(axis, np.float32(2 * step), *rows, HALVES, self._sums[axis], self._judged)
+        _compare(
+            axis, np.float32(2 * step), *rows, HALVES, self._system,
+            self._sums[axis], self._judged[axis],
+        )  # fmt: skip
 
     def findings(self) -> Iterator[Finding]:
         """Report the axes along which they do not agree."""
         if not self._stated:
             return  # attribute/cloth reports it
         for axis, name in enumerate("xy"):
-            from_height, from_normal, both = self._sums[axis]
-            judged = self._judged[axis]
+            judged = self._judged[axis].sum()
             coarse = self._asset.texels_per_thread[axis] < TEXELS_PER_THREAD
             if coarse or judged < FEWEST * self._texels:
                 yield COARSE(f"there are too few texels for each thread along {name}")
                 continue
-            if from_height < FLAT**2 * judged:
+            yield from self._directions(axis, name, self._sums[axis].sum(axis=0), int(judged))
+
+    def _directions(
+        self, axis: int, name: str, sums: NDArray[np.float64], judged: int
+    ) -> Iterator[Finding]:
+        """Judge the slopes along one axis, of all yarns and then of each system."""
+        where = f"{TEXTURE_DIR}/normal.exr"
+        from_height, from_normal, both = sums
+        if from_height < FLAT**2 * judged:
+            return
+        correlation = both / max(np.sqrt(from_height * from_normal), np.finfo(float).tiny)
+        if correlation < AGREEMENT:
+            yield DISAGREE(
+                f"slopes along {name} correlate with the heights' by {correlation:.2f}, "
+                f"expected at least {AGREEMENT}",
+                where,
+            )
+            return
+        for k, system in enumerate(NAMES):
+            from_height, _, both = self._sums[axis, k]
+            own = self._judged[axis, k]
+            if own < FEWEST * self._texels or from_height < FLAT**2 * own:
                 continue
-            correlation = both / max(np.sqrt(from_height * from_normal), np.finfo(float).tiny)
-            if correlation < AGREEMENT:
-                yield DISAGREE(
-                    f"slopes along {name} correlate with the heights' by {correlation:.2f}, "
-                    f"expected at least {AGREEMENT}",
-                    f"{TEXTURE_DIR}/normal.exr",
+            if not GAIN[0] <= both / from_height <= GAIN[1]:
+                yield STEEP(
+                    f"the {system} leans along {name} by {both / from_height:.2f} of the heights' "
+                    f"slopes, expected {GAIN[0]} to {GAIN[1]}",
+                    where,
                 )
 
 
@@ -122,6 +159,7 @@ def _compare(
     ids: Bytes,
     opacities: Bytes,
     table: Floats32,
+    systems: NDArray[np.int64],
     sums: NDArray[np.float64],
     judged: NDArray[np.int64],
 ) -> None:
@@ -149,7 +187,8 @@ def _compare(
             lean, up = table[normals[row, column, axis]], table[normals[row, column, 2]]
             if abs(lean) < steepest * up and abs(expected) < steepest:
                 found = -lean / up
-                sums[0] += np.float64(expected) * expected
-                sums[1] += np.float64(found) * found
-                sums[2] += np.float64(expected) * found
-                judged[axis] += 1
+                system = systems[number]
+                sums[system, 0] += np.float64(expected) * expected
+                sums[system, 1] += np.float64(found) * found
+                sums[system, 2] += np.float64(expected) * found
+                judged[system] += 1

@@ -9,6 +9,7 @@ import numpy as np
 
 from weaveusd.contract import TEXTURE_DIR
 from weaveusd.validate.checks._strips import (
+    CREASE,
     NORMAL,
     TANGENT,
     StripReader,
@@ -30,7 +31,7 @@ SEAM = Code("tile-seam", Status.FAIL, "A yarn that crosses an edge breaks there.
 CUT = Code(
     "tile-cut", Status.FAIL, "The side of a yarn at an edge is cut off before it bends down."
 )
-
+FLOAT = Code("float-cut", Status.FAIL, "A float that crosses an edge ends there and begins anew.")
 COARSE = Code(
     "tile-unread", Status.SKIP, "The textures are too coarse to tell a seam from a border of yarns."
 )
@@ -41,6 +42,9 @@ TEXELS_PER_THREAD = 8
 FEWEST = 0.02
 """Least share of a line that must be of a kind before its median counts."""
 
+CREASED = 0.15
+"""Share of the texels of threads that cross a line of which so many more turn back at the edge."""
+
 TOLERANCE = 3e-4
 """Rounding to 16 bits alone makes a step stand out by less."""
 
@@ -49,7 +53,7 @@ TOLERANCE = 3e-4
     id="texture/tiles",
     why="A seam repeats across the whole garment.",
     needs=("material", "textures"),
-    codes=(SEAM, CUT, COARSE),
+    codes=(SEAM, CUT, FLOAT, COARSE),
 )
 class Tiles:
     """Yarns that cross an edge go on at the opposite one, and the sides of others bend down there.
@@ -60,7 +64,8 @@ class Tiles:
     may stand out from the steps before and after it: by how much is compared, at the median,
     between the edge and many lines inside. Where the side of a yarn lies at the edge, it must
     lean, at the median, at least as far as two texels before its sides inside; the ends of
-    floats do not count, since they bend down as steeply as each float is short.
+    floats do not count, since they bend down as steeply as each float is short. A float that
+    crosses the edge must not turn back there, as it does where it was drawn without its other half.
     """
 
     def __init__(self, asset: OpenAsset) -> None:
@@ -88,6 +93,7 @@ class Tiles:
             if axis in self._readers:
                 yield from self._seams(axis, edge)
                 yield from self._cuts(axis, edge)
+                yield from self._floats(axis, edge)
             else:
                 yield COARSE(f"there are too few texels for each thread across the {edge} edges")
 
@@ -116,6 +122,30 @@ class Tiles:
                     f"expected at least {inside:.3f} as inside",
                     f"{TEXTURE_DIR}/{NORMAL}",
                 )
+
+    def _floats(self, axis: int, edge: str) -> Iterator[Finding]:
+        strips = self._readers[axis].strips(self._even[axis])
+        at_edge, inside = _turning_back(strips, self._numbers[1 - axis])
+        if at_edge > inside + CREASED:
+            yield FLOAT(
+                f"at the {edge} edges {at_edge:.0%} of the threads that cross turn back, "
+                f"expected at most {inside:.0%} as inside",
+                f"{TEXTURE_DIR}/{NORMAL}",
+            )
+
+
+def _turning_back(strips: Strips, numbers: list[int]) -> tuple[float, float]:
+    """Return the share of texels of the yarns `numbers` that turn back across a border.
+
+    First at the edge, then the largest inside; 0 where too few texels are of one yarn.
+    """
+    ids, lean = strips.ids[strips.places], strips.lean()
+    crossing = np.isin(ids[:, 1], numbers) & (ids[:, 1:5] == ids[:, 1:2]).all(axis=1)
+    back = crossing & (lean[:, 3] - lean[:, 2] < -CREASE)
+    count = crossing.sum(axis=1)
+    enough = count >= max(8, FEWEST * ids.shape[2])
+    shares = np.where(enough, back.sum(axis=1) / np.maximum(count, 1), 0.0)
+    return float(shares[0]), float(shares[1:].max(initial=0.0))
 
 
 def _side_by_side(asset: OpenAsset, axis: int) -> list[int]:
