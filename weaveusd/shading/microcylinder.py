@@ -91,6 +91,23 @@ def lobes(
     return _lobes(in_fibre_frame(wi, wo, n, t), params)
 
 
+def scattered(
+    fibre: Fibre, params: Parameters, narrow: Doubles, wide: Doubles
+) -> tuple[Doubles, Doubles]:
+    """Return f_R and f_V (…) as `lobes`, of given profiles (…) of the surface and volume lobe."""
+    m2 = np.maximum(np.maximum(fibre.cos_i, fibre.cos_o) ** 2, 1e-24)
+    same = fibre.n_dot_o > 0
+    half = np.cos(0.5 * fibre.phi_d)
+    fresnel = reflectance(np.cos(fibre.theta_d) * half, params.eta)
+    f_r = params.k_s * SURFACE_SCALE * fresnel * half * (0.5 * narrow / m2)
+    enter = 1 - reflectance(fibre.cos_i, params.eta)
+    leave = 1 - reflectance(fibre.cos_o, params.eta)
+    cosines = np.maximum(fibre.cos_i + fibre.cos_o, 1e-12)
+    scatter = (1 - params.k_d) * (0.5 * wide / m2) + params.k_d * 0.5 / cosines
+    side = np.where(same, 1 - params.tau, params.tau)
+    return np.where(same, f_r, 0), side * 0.5 * enter * leave * scatter
+
+
 def pdf(wi: ArrayLike, wo: ArrayLike, n: ArrayLike, t: ArrayLike, params: Parameters) -> Doubles:
     """Return the density of `sample` at `wo`, (…) in 1/sr (Wang et al. 2014, corrected)."""
     fibre = in_fibre_frame(wi, wo, n, t)
@@ -171,21 +188,11 @@ def cosine_share(gamma_v: float) -> float:
 
 
 def _lobes(fibre: Fibre, params: Parameters) -> tuple[Doubles, Doubles]:
-    m2 = np.maximum(np.maximum(fibre.cos_i, fibre.cos_o) ** 2, 1e-24)
-    same = fibre.n_dot_o > 0
-    half = np.cos(0.5 * fibre.phi_d)
-    fresnel = reflectance(np.cos(fibre.theta_d) * half, params.eta)
     narrow, wide = (
-        0.5 * profile(gamma, fibre.theta_h, is_gaussian=params.gaussian) / m2
+        profile(gamma, fibre.theta_h, is_gaussian=params.gaussian)
         for gamma in (params.gamma_s, params.gamma_v)
     )
-    f_r = params.k_s * SURFACE_SCALE * fresnel * half * narrow
-    enter = 1 - reflectance(fibre.cos_i, params.eta)
-    leave = 1 - reflectance(fibre.cos_o, params.eta)
-    cosines = np.maximum(fibre.cos_i + fibre.cos_o, 1e-12)
-    scatter = (1 - params.k_d) * wide + params.k_d * 0.5 / cosines
-    side = np.where(same, 1 - params.tau, params.tau)
-    return np.where(same, f_r, 0), side * 0.5 * enter * leave * scatter
+    return scattered(fibre, params, narrow, wide)
 
 
 def _density(fibre: Fibre, gamma: float, params: Parameters) -> Doubles:
