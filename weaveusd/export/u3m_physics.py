@@ -66,8 +66,9 @@ def composition(weave: Weave) -> list[dict[str, Any]]:
 def construction(warp_up: Bools, shafts: int) -> dict[str, Any]:
     """Return the construction of a drawdown (picks, ends) in the words of U3M 1.1.
 
-    Twills and satins are told from how the ties move from pick to pick; what is neither plain,
-    twill nor satin is `Dobby`, or `Jacquard` where it needs more than `MOST_DOBBY_SHAFTS`.
+    Twills and satins are told from how the ties move from thread to thread; `Twill` alone is one
+    that turns, as in herringbone. What is neither plain, twill nor satin is `Dobby`, or `Jacquard`
+    where it needs more than `MOST_DOBBY_SHAFTS`.
     """
     kind = _regular(warp_up) or ("Dobby" if shafts <= MOST_DOBBY_SHAFTS else "Jacquard")
     return {"type": kind, "name": None}
@@ -85,9 +86,14 @@ def _regular(warp_up: Bools) -> str | None:
     if any(abs(step) >= 2 for step in one) and _ties(warp_up) == 1:
         return "Satin"
     columns = [_steps(warp_up[:, end - 1], warp_up[:, end]) for end in range(warp_up.shape[1])]
-    if all(step & {1, -1} for step in steps) or all(step & {1, -1} for step in columns):
+    if _is_reversed_twill(steps) or _is_reversed_twill(columns):
         return "Twill"
     return None
+
+
+def _is_reversed_twill(steps: list[set[int]]) -> bool:
+    """Whether the diagonal goes on over half of the threads and turns or breaks at the others."""
+    return all(steps) and 2 * sum(bool(step & {1, -1}) for step in steps) >= len(steps)
 
 
 def _steps(before: Bools, after: Bools) -> set[int]:
