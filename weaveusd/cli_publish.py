@@ -1,23 +1,19 @@
-"""The command `publish`: a draft becomes a version of an asset, and a pipeline is told."""
+"""The command `publish`: its options, and what they mean."""
 
 from __future__ import annotations
 
-import os
 import re
-import time
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from weaveusd.cli_hooks import SECONDS, Hooks, ended_by_sigterm
-from weaveusd.cli_output import Json, json_text, print_json, say
-from weaveusd.cli_telling import Log, ProgressKind, ResultFile, tell_farm, told_progress
+from weaveusd.cli_output import Json
+from weaveusd.cli_publishing import publish_and_tell
+from weaveusd.cli_telling import Log, ProgressKind, ResultFile
 from weaveusd.hooks import hook_command
-
-if TYPE_CHECKING:
-    from weaveusd.pipeline import Publication
 
 
 class ColorSpace(str, Enum):
@@ -149,78 +145,9 @@ def _publish(
     )
     told = ResultFile(result)
     with ended_by_sigterm(), Log(log_file) as log:
-        _run(draft, settings, hooks, progress=progress, told=told, log=log, as_json=as_json)
-
-
-def _run(
-    draft: Path,
-    settings: dict[str, Any],
-    hooks: Hooks,
-    *,
-    progress: ProgressKind,
-    told: ResultFile,
-    log: Log,
-    as_json: bool,
-) -> None:
-    """Publish between the hooks and tell everybody, whatever happens."""
-    from weaveusd import pipeline
-
-    started = time.perf_counter()
-    request = _request(draft, settings)
-    log.start(request)
-    answer: dict[str, Any] = {
-        "status": "failed", "asset": settings["name"], "version": None, "entry": None,
-        "material": None, "files": [], "findings": [],
-    }  # fmt: skip
-    try:
-        with told_progress(progress, f"publishing {draft.name}") as tell:
-            hooks.ask(request, log)
-            done = pipeline.publish(draft, **settings, progress=log.following(tell))
-            answer = done.as_dict()
-            hooks.tell(request, answer, log)
-    except BaseException as error:
-        log.note_error(error)
-        from_us = isinstance(error, Exception)
-        answer["error"] = (str(error) if from_us else "") or f"ended by {type(error).__name__}"
-        answer["findings"] = getattr(error, "findings", answer["findings"])
-        answer.setdefault("seconds", round(time.perf_counter() - started, 3))
-        raise
-    finally:
-        log.note(f"answer {json_text(answer)}")
-        if as_json:
-            print_json(answer)
-        told.write(answer)
-    if progress is ProgressKind.openjd:
-        tell_farm("status", f"{done.asset.status} {done.asset.asset} {done.asset.version}")
-    elif not as_json:
-        _describe(done)
-
-
-def _describe(done: Publication) -> None:
-    """Say for people what was published."""
-    asset = done.asset
-    megabytes = sum(f.bytes for f in asset.files) / 1e6
-    extent = f"{len(asset.files)} files, {megabytes:.1f} MB, {done.seconds:.1f} s"
-    say(f"{asset.status} {asset.asset} {asset.version}: {extent}")
-    say(f"  entry     {asset.entry}")
-    say(f"  material  {asset.material}")
-    say(f"  networks  {', '.join(_network(network) for network in done.losses)}")
-    for finding in done.findings:
-        say(f"  {finding['status']:<5} {finding['code']}: {finding['message']}")
-    for yarn in done.colors_out_of_reach:
-        color, reached = (_color(yarn[key]) for key in ("color", "reached"))
-        say(f"  note  {yarn['yarn']} is {color}; its fibres reach {reached} in this weave")
-
-
-def _request(draft: Path, settings: dict[str, Any]) -> dict[str, Any]:
-    """Return what is to be published as JSON types, paths from the root of the file system."""
-    paths = {"draft": draft, **{key: settings[key] for key in ("root", "recipe")}}
-    named = {key: path and os.path.abspath(path) for key, path in paths.items()}
-    colorways = {
-        name: os.path.abspath(source) if source.endswith(".toml") else source
-        for name, source in settings["colorways"].items()
-    }
-    return {**settings, **named, "colorways": colorways}
+        publish_and_tell(
+            draft, settings, hooks, progress=progress, told=told, log=log, as_json=as_json
+        )
 
 
 def _colorways(options: list[str]) -> dict[str, str]:
@@ -253,13 +180,3 @@ def _pair(option: str, text: str | None, number: str) -> tuple[float, float] | N
     if found is None:
         raise typer.BadParameter(f"{option}: found {text!r}, expected two numbers such as 4x3")
     return float(found[1]), float(found[2])
-
-
-def _network(losses: dict[str, Any]) -> str:
-    """Return the name of a network, and how far it is from the exact one."""
-    errors = [effect["error"] for effect in losses["effects"] if "error" in effect]
-    return " ".join([str(losses["network"]), *(f"{error:.0%} off" for error in errors)])
-
-
-def _color(components: list[float]) -> str:
-    return "(" + ", ".join(f"{c:.2f}" for c in components) + ")"
