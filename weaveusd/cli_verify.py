@@ -33,7 +33,8 @@ def _verify(
     else:
         for version in found.versions:
             count = len(version.differences)
-            say(f"{version.folder}: {f'{count} differences' if count else 'intact'}")
+            many = f"{count} difference{'s' if count > 1 else ''}"
+            say(f"{version.folder}: {many if count else 'intact'}")
             for difference in version.differences:
                 say(f"  {difference.kind:<8} {difference.path}: {difference.message}")
     if not found.intact:
