@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -244,3 +245,30 @@ def test_personal_fields_stay_out_of_the_asset_unless_they_are_asked_for(run, tm
         assert line in kept["draft.wif"]
     assert not [f for f, c in kept.items() if b"@example.org" in c and f != "draft.wif"]
     assert b"dev@example.org" not in kept["draft.wif"]
+
+
+# --- Another folder -------------------------------------------------------------------------------
+
+
+def test_the_same_inputs_in_another_folder_give_the_same_tree(run, tmp_path, monkeypatch):
+    """Draft, recipe and asset are copied; working directory, number of jobs and paths differ."""
+    recipe = (ROOT / "weaveusd" / "yarn" / "presets" / "linen.toml").read_text()
+    here, there = tmp_path / "here", tmp_path / "not here" / "but there"
+    for folder in (here, there):
+        folder.mkdir(parents=True)
+        (folder / "own.wif").write_bytes(TWILL.read_bytes())
+        (folder / "own.toml").write_text(recipe)
+    options = ("--resolution", 48, "--seed", 5, "--recipe")
+    monkeypatch.chdir(here)
+    run("publish", here / "own.wif", "--root", here / "root", "--jobs", 1, *options,
+        here / "own.toml")  # fmt: skip
+    monkeypatch.chdir(there)
+    run("publish", "own.wif", "--root", "root", "--jobs", 3, *options, "own.toml")
+    assert tree(there / "root") == tree(here / "root")
+    assert len(tree(here / "root")) > 10
+
+    shutil.copytree(here / "root", tmp_path / "copy")
+    status, out, _ = run("publish", "own.wif", "--root", tmp_path / "copy", *options, "own.toml",
+                         "--json")  # fmt: skip
+    assert (status, json.loads(out)["status"]) == (0, "unchanged")
+    assert tree(tmp_path / "copy") == tree(here / "root")

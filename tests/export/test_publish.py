@@ -19,7 +19,7 @@ from weaveusd.errors import (
     WeaveusdError,
 )
 from weaveusd.export.manifest import content_digest, list_files
-from weaveusd.export.publish import PublishedAsset, publish_asset
+from weaveusd.export.publish import PublishedAsset, plan_asset, publish_asset
 
 
 def writer(text: str = "one"):
@@ -173,6 +173,55 @@ def test_a_version_that_is_a_symbolic_link_is_never_followed(tmp_path):
         publish(tmp_path, version="v001")
     assert publish(tmp_path).version == "v002"
     assert os.listdir(elsewhere) == []
+
+
+def test_a_lock_that_is_a_link_is_refused_and_what_it_names_stays(tmp_path):
+    precious = tmp_path / "precious"
+    precious.write_text("mine")
+    (tmp_path / "out/twill").mkdir(parents=True)
+    (tmp_path / "out/twill/.publish.lock").symlink_to(precious)
+    with pytest.raises(InputError, match="symbolic link, expected a lock's file"):
+        publish(tmp_path / "out")
+    assert precious.read_text() == "mine"
+
+
+def test_a_staging_folder_that_is_a_link_is_left_alone(tmp_path):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "precious").touch()
+    (tmp_path / "out/twill").mkdir(parents=True)
+    (tmp_path / "out/twill/.publish.tmp-evil").symlink_to(elsewhere)
+    assert publish(tmp_path / "out").status == "published"
+    assert os.listdir(elsewhere) == ["precious"]
+
+
+def test_a_folder_that_becomes_a_link_while_the_asset_is_written_is_refused(tmp_path):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+
+    def write(folder: Path) -> None:
+        writer()(folder)
+        (tmp_path / "out/twill").rename(elsewhere / "twill")
+        (tmp_path / "out/twill").symlink_to(elsewhere / "twill")
+
+    with pytest.raises(InputError, match="symbolic link"):
+        publish_asset(tmp_path / "out", "twill", write)
+    assert not list(elsewhere.glob("*/v*"))
+
+
+def test_a_plan_says_what_a_publish_would_do_and_touches_nothing(tmp_path):
+    planned = plan_asset(tmp_path / "out", "twill", writer())
+    assert (planned.status, planned.version) == ("would-publish", "v001")
+    assert os.listdir(tmp_path) == []
+    asset = publish(tmp_path / "out")
+    assert planned.as_dict() == {**asset.as_dict(), "status": "would-publish"}
+    (tmp_path / "out/twill/.publish.tmp-dead").mkdir()
+    before = names(tmp_path)
+    assert plan_asset(tmp_path / "out", "twill", writer()).status == "unchanged"
+    assert plan_asset(tmp_path / "out", "twill", writer("two")).version == "v002"
+    with pytest.raises(VersionConflictError):
+        plan_asset(tmp_path / "out", "twill", writer("two"), version="v001")
+    assert names(tmp_path) == before
 
 
 def test_symbolic_links_in_an_asset_are_a_slip(tmp_path):
