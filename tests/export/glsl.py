@@ -23,7 +23,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SQUARE = """v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0
-vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1
+vt 0 0\nvt {u} 0\nvt {u} {v}\nvt 0 {v}
 vn 0 0 1
 f 1/1/1 2/2/1 3/3/1\nf 1/1/1 3/3/1 4/4/1
 """
@@ -40,6 +40,7 @@ class Job:
     eye: float = 2.0
     size: int = 256
     environment: bool = False
+    st: tuple[float, float] = (1.0, 1.0)  # texture coordinates of the upper right corner
 
 
 def render(jobs: list[Job], folder: Path) -> list[np.ndarray]:
@@ -89,7 +90,7 @@ def _main(jobs: list[Job]) -> None:
         images.setSearchPath(mx.FileSearchPath(str(path.parent)))
         renderer.setImageHandler(images)
         square = Path(job.target).with_suffix(".obj")
-        square.write_text(SQUARE)
+        square.write_text(SQUARE.format(u=job.st[0], v=job.st[1]))
         geometry = renderer.getGeometryHandler()
         geometry.addLoader(PyMaterialXRender.TinyObjLoader.create())
         geometry.loadGeometry(mx.FilePath(str(square)), False)

@@ -2,10 +2,11 @@
 //
 //   node page.mjs BROWSER MODULE FILE…
 //
-// MODULE exports `run(urls)`, `urls` being those of the files; bare imports of three work.
+// MODULE exports `run(urls)`, `urls` being those of the files, which find what lies beside them;
+// bare imports of three work.
 import { createServer } from 'node:http';
 import { readFileSync } from 'node:fs';
-import { extname, join } from 'node:path';
+import { dirname, extname, join } from 'node:path';
 import puppeteer from 'puppeteer-core';
 
 const [executablePath, module, ...files] = process.argv.slice(2);
@@ -13,13 +14,16 @@ const here = import.meta.dirname;
 const types = { '.js': 'text/javascript', '.mjs': 'text/javascript', '.html': 'text/html' };
 const page = `<!doctype html><script type="importmap">{"imports": {
 	"three": "/node_modules/three/build/three.module.js",
+	"three/webgpu": "/node_modules/three/build/three.webgpu.js",
+	"three/tsl": "/node_modules/three/build/three.tsl.js",
 	"three/addons/": "/node_modules/three/examples/jsm/"}}</script>`;
 
 const server = createServer((request, response) => {
 	const path = new URL(request.url, 'http://localhost').pathname;
 	try {
-		const index = path.match(/^\/files\/(\d+)\//)?.[1];
-		const body = path === '/' ? page : readFileSync(index ? files[index] : join(here, path));
+		const [, index, name] = path.match(/^\/files\/(\d+)\/(.*)/) ?? [];
+		const named = index && (name.startsWith('cloth.') ? files[index] : join(dirname(files[index]), name));
+		const body = path === '/' ? page : readFileSync(named ?? join(here, path));
 		response.writeHead(200, { 'Content-Type': types[extname(path) || '.html'] ?? 'application/octet-stream' });
 		response.end(body);
 	} catch {

@@ -37,7 +37,8 @@ def write_exact(material: ClothMaterial, folder: Path, files: LookFiles = CLOTH_
     The node `weaveusd_cloth` takes the optics of one yarn. They come from the yarn id by
     standard `switch` nodes, which every target of MaterialX has and which lose no digit; an
     input that all yarns share is a plain value. The document includes its node from
-    `contract.MATERIALX_NODE_DIR`, so that it needs nothing installed.
+    `contract.MATERIALX_NODE_DIR`, and needs nothing installed: a renderer that looks for shader
+    sources beside the document finds them.
     """
     definition = folder / MATERIALX_NODE_DIR
     definition.mkdir(exist_ok=True)
