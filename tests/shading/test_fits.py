@@ -14,7 +14,7 @@ from weaveusd.cloth.weave import weave
 from weaveusd.draft.make import make_draft
 from weaveusd.shading import fits
 from weaveusd.shading.directions import LOWEST, pairs
-from weaveusd.shading.lobe import fresnel_edge, halfway, mean_albedo, mirror, squares
+from weaveusd.shading.lobe import BENT, albedos, fresnel_edge, halfway, lit, mirror
 from weaveusd.shading.measured import measured, texels_of
 from weaveusd.synth.textures import synthesize
 from weaveusd.yarn.recipe import read_preset
@@ -34,12 +34,13 @@ def seen(preset, resolution=96, notation=None, **yarn):
 def test_more_freedom_fits_better_and_no_shader_is_off_by_most_of_the_light(preset):
     found = fits.fit_standard(*seen(preset))
     errors = found.errors
-    assert 0 < errors.openpbr <= errors.preview < 0.6
-    assert 0 < errors.standard_surface <= errors.preview
-    assert errors.openpbr <= errors.standard_surface + 0.02
+    assert 0 < errors.preview < 0.7
+    # What is fitted is another half of the pairs than what is judged.
+    assert 0 < errors.openpbr <= errors.standard_surface + 0.02
+    assert errors.standard_surface <= errors.preview + 0.02
     for fit in (found.together, found.isotropic, *found.yarns):
         assert 0 < fit.alpha_along <= fit.alpha_across <= 1
-        assert 0 <= fit.f0 <= fits.MOST_F0
+        assert fits.F0_LIMITS[0] <= fit.f0 <= fits.F0_LIMITS[1]
         assert 0 <= fit.base <= 1
     assert len({(fit.f0, fit.base) for fit in found.yarns}) == 1
 
@@ -72,7 +73,7 @@ def test_many_yarns_of_equal_optics_cost_what_one_does():
     assert time.process_time() - begun < 2
 
 
-@given(st.floats(0, 1), st.floats(0, 0.25))
+@given(st.floats(0, 1), st.floats(*fits.F0_LIMITS))
 def test_numbers_within_their_bounds_are_found_again(x, z):
     a, b = np.random.default_rng(0).random((2, 40, 3)) + 0.1
     found = fits._bounded(a, b, x * a + z * b, np.ones_like(a))
@@ -88,32 +89,47 @@ def test_numbers_outside_end_at_the_best_point_of_the_box(x, z):
         return np.sum((p[0] * a + p[1] * b - y) ** 2)
 
     found = fits._bounded(a, b, y, np.ones_like(a))
-    grid = [(p, q) for p in np.linspace(0, 1, 21) for q in np.linspace(0, fits.MOST_F0, 21)]
+    grid = [(p, q) for p in np.linspace(0, 1, 21) for q in np.linspace(*fits.F0_LIMITS, 21)]
     assert off(found) <= min(map(off, grid)) + 1e-9
 
 
 @pytest.mark.parametrize("alpha", [0.1, 0.4, 1.0])
-def test_the_lobe_reflects_no_more_than_it_receives_and_is_reciprocal(alpha):
+def test_the_lobe_is_reciprocal_and_reflects_no_more_than_it_receives(alpha):
     wi, wo = pairs(64)
-    half = squares(halfway(wi, wo), UP, ALONG)
-    view, light = squares(wi, UP, ALONG), squares(wo, UP, ALONG)
-    there = mirror(view, light, half, alpha, 1.0)[0] / wo[:, 2]
-    back = mirror(light, view, half, alpha, 1.0)[0] / wi[:, 2]
+    there = mirror(lit(UP, ALONG, wi, wo), alpha, 1.0)[0] / wo[:, 2]
+    back = mirror(lit(UP, ALONG, wo, wi), alpha, 1.0)[0] / wi[:, 2]
     np.testing.assert_allclose(there, back, rtol=1e-9)
-    direct, edge = mean_albedo(alpha)
-    assert 0 < direct + edge <= 1.01
+    direct, edge = albedos(alpha)
+    assert np.all(direct > 0)
+    assert np.all(direct + edge <= 1.01)
 
 
-def test_the_lobe_along_the_mirror_s_direction_is_the_closed_form():
+def test_albedos_are_what_the_lobe_adds_up_to():
+    wo = np.random.default_rng(2).normal(size=(200_000, 3))
+    wo /= np.linalg.norm(wo, axis=-1, keepdims=True)
+    wo[:, 2] = np.abs(wo[:, 2])
+    cosine = 13.5 / 16
+    wi = np.broadcast_to(np.array([np.sqrt(1 - cosine**2), 0, cosine]), wo.shape)
+    direct, edge = albedos(0.5)
+    found = 2 * np.pi * mirror(lit(UP, ALONG, wi, wo), 0.5, 0.5)[0].mean()
+    assert direct[13] + edge[13] == pytest.approx(found, rel=0.02)
+
+
+def test_the_lobe_in_the_mirror_s_direction_is_the_closed_form():
     wi = np.array([[0.6, 0.0, 0.8]])
-    wo = wi * (-1, 1, 1)
-    value = mirror(
-        squares(wi, UP, ALONG), squares(wo, UP, ALONG), squares(halfway(wi, wo), UP, ALONG),
-        0.2, 0.5,
-    )  # fmt: skip
+    value = mirror(lit(UP, ALONG, wi, wi * (-1, 1, 1)), 0.2, 0.5)
     root = np.sqrt(0.64 + 0.25 * 0.36)
     assert value[0, 0] == pytest.approx(0.8 / (np.pi * 0.1) / (2 * 2 * 0.8 * root))
     assert fresnel_edge(np.array([1.0, 0.0])).tolist() == [0, 1]
+
+
+def test_a_normal_that_is_turned_away_is_bent_to_the_viewer():
+    away = np.array([[np.sin(2.0), 0.0, np.cos(2.0)]])
+    wi, wo = np.array([[-0.6, 0.0, 0.8]]), np.array([[0.0, 0.6, 0.8]])
+    under = lit(away, ALONG, wi, wo)
+    assert BENT * 0.999 < under.n_i[0, 0] < 0.01
+    for squares in (under.view, under.light, under.half):
+        assert sum(part[0, 0] for part in squares) == pytest.approx(1)
 
 
 def test_pairs_are_unit_above_the_cloth_and_of_all_kinds():

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from weaveusd.shading.directions import pairs
-from weaveusd.shading.lobe import mean_albedo
+from weaveusd.shading.lobe import albedos
 from weaveusd.shading.material import FitErrors, StandardFit, StandardFits
 from weaveusd.shading.tile import Part, tile_parts
 
@@ -31,15 +31,16 @@ if TYPE_CHECKING:
 
     Bools = NDArray[np.bool_]
 
-ALONG = tuple(round(0.03 ** (1 - k / 15), 4) for k in range(16))
-ACROSS = (0.3, 0.45, 0.6, 0.8, 1.0)
-ALPHAS = tuple((b, t) for t in ACROSS for b in ALONG if b < t) + tuple((a, a) for a in ALONG)
+ALONG = tuple(round(0.06 ** (1 - k / 11), 4) for k in range(12))
+ACROSS = (0.4, 0.6, 0.8, 1.0)
+EVEN = tuple(alpha for alpha in ALONG if alpha > 0.15)
+ALPHAS = tuple((b, t) for t in ACROSS for b in ALONG if b < t) + tuple((a, a) for a in EVEN)
 """Roughnesses (along, across) that are tried."""
 
-MOST_F0 = 0.25
-"""That of an index of refraction of 3, the highest that standard shaders foresee."""
+F0_LIMITS = 0.02, 0.25
+"""Those of indices of refraction of 1.33 and 3, between which standard shaders mean the same."""
 
-PAIRS = 256
+PAIRS = 768
 SWEEPS = 2
 DIGITS = 4
 """Digits of what is published, so that a machine's last bit does not reach a file."""
@@ -92,8 +93,8 @@ class _Tile:
         self.exact: Doubles = np.sum([part.exact for part in parts], 0)
         # Without weights nothing but the highlight's peak would count.
         self.weight = fitted[:, None] / (self.exact + self.exact[fitted].mean())
-        albedos = [mean_albedo(round((along * across) ** 0.5, DIGITS)) for along, across in ALPHAS]
-        self.albedo = np.array(albedos)  # (A, 2): a and b in E = a F0 + b
+        found = [albedos(round((along * across) ** 0.5, DIGITS)) for along, across in ALPHAS]
+        self.albedo = np.array(found)  # (A, 2, 16): a and b in E = a F0 + b
 
     def error(self, solution: _Solution) -> float:
         """Return Σ |f̂ − f| / Σ f over the pairs that were not fitted."""
@@ -128,11 +129,11 @@ class _Tile:
         lobe = sum(part.lobe[k] for part, k in zip(self.parts, chosen, strict=True))
         edge = sum(part.edge[k] for part, k in zip(self.parts, chosen, strict=True))
         direct, rim = np.asarray(lobe)[:, None], np.asarray(edge)[:, None]
-        f0, base = 0.04, 1.0
+        f0, base = F0_LIMITS[0], 1.0
         for _ in range(3):
             diffuse = np.sum(
                 [
-                    part.diffuse * self._left(k, f0)
+                    np.einsum("s,spc->pc", self._left(f0)[k], part.diffuse)
                     for part, k in zip(self.parts, chosen, strict=True)
                 ],
                 0,
@@ -142,13 +143,13 @@ class _Tile:
 
     def _of_part(self, part: Part, f0: float, base: float) -> Doubles:
         """Return what `part` reflects with every candidate, (A, P, 3)."""
-        left = 1 - f0 * self.albedo[:, 0] - self.albedo[:, 1]
+        diffuse = np.einsum("as,spc->apc", self._left(f0), part.diffuse)
         shine = f0 * part.lobe + (1 - f0) * part.edge
-        return np.asarray(base * left[:, None, None] * part.diffuse + shine[..., None])
+        return np.asarray(base * diffuse + shine[..., None])
 
-    def _left(self, choice: int, f0: float) -> float:
-        direct, edge = self.albedo[choice]
-        return float(1 - f0 * direct - edge)
+    def _left(self, f0: float) -> Doubles:
+        """Return what each candidate leaves to the base, by the viewer's cosine, (A, 16)."""
+        return np.asarray(1 - f0 * self.albedo[:, 0] - self.albedo[:, 1])
 
     def _misfit(self, value: Doubles) -> float:
         """Return the error of the fitted pairs, to so many digits that machines agree on it."""
@@ -157,16 +158,17 @@ class _Tile:
 
 
 def _bounded(a: Doubles, b: Doubles, y: Doubles, weight: Doubles) -> tuple[float, float]:
-    """Return x and z for which x a + z b comes closest to y, within 0…1 and 0…`MOST_F0`.
+    """Return x and z for which x a + z b comes closest to y, within 0…1 and `F0_LIMITS`.
 
     Of a convex problem in a box the best point is the free one, or on the border of one bound
     that it breaks with the other number free within its own.
     """
+    least, most = F0_LIMITS
     aa, ab, bb = (float(np.sum(weight * p * q)) for p, q in ((a, a), (a, b), (b, b)))
     ay, by = float(np.sum(weight * a * y)), float(np.sum(weight * b * y))
 
     def of_x(x: float) -> float:
-        return float(np.clip((by - ab * x) / max(bb, 1e-30), 0, MOST_F0))
+        return float(np.clip((by - ab * x) / max(bb, 1e-30), least, most))
 
     def of_z(z: float) -> float:
         return float(np.clip((ay - ab * z) / max(aa, 1e-30), 0, 1))
@@ -174,9 +176,9 @@ def _bounded(a: Doubles, b: Doubles, y: Doubles, weight: Doubles) -> tuple[float
     det = aa * bb - ab * ab
     if det > 1e-12 * aa * bb:
         x, z = (ay * bb - by * ab) / det, (by * aa - ay * ab) / det
-        if 0 <= x <= 1 and 0 <= z <= MOST_F0:
+        if 0 <= x <= 1 and least <= z <= most:
             return x, z
-    corners = [(0.0, of_x(0)), (1.0, of_x(1)), (of_z(0), 0.0), (of_z(MOST_F0), MOST_F0)]
+    corners = [(0.0, of_x(0)), (1.0, of_x(1)), (of_z(least), least), (of_z(most), most)]
     return min(
         corners,
         key=lambda p: aa * p[0] ** 2 + 2 * ab * p[0] * p[1] + bb * p[1] ** 2

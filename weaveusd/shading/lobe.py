@@ -7,11 +7,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from weaveusd.shading.fibre import dot
+
 if TYPE_CHECKING:
     from weaveusd.shading.fibre import Doubles
 
-_NODES = 16
-"""Nodes of each dimension of a quadrature."""
+COSINES = (np.arange(16) + 0.5) / 16
+"""Cosines of the viewer's angle at which albedos are tabulated: the middles of equal steps."""
+
+BENT = 1e-3
+"""Least cosine between a normal and the viewer: a normal that is turned away is bent to it."""
 
 
 class Squares(NamedTuple):
@@ -22,28 +27,40 @@ class Squares(NamedTuple):
     up: Doubles
 
 
-def squares(direction: Doubles, normal: Doubles, tangent: Doubles) -> Squares:
-    """Return the squares (N, P) of the components of `direction` (P, 3) in N fibres' frames.
+class Lit(NamedTuple):
+    """N frames under P pairs of directions, as a shader with maps sees them; all (N, P).
 
-    `normal` and `tangent`, the fibre's direction, are (N, 3), unit and orthogonal.
+    `n_i` and `n_o` are the cosines of viewer and light to the normal, the first at least `BENT`.
     """
-    across = np.cross(normal, tangent)
-    return Squares(*(components(axis, direction) ** 2 for axis in (across, tangent, normal)))
+
+    view: Squares
+    light: Squares
+    half: Squares
+    n_i: Doubles
+    n_o: Doubles
 
 
-def components(axis: Doubles, direction: Doubles) -> Doubles:
-    """Return the components (N, P) of `direction` (P, 3) along each `axis` (N, 3)."""
-    # Not a matrix product: its last bits would be those of the machine's BLAS.
-    return np.asarray(
-        axis[:, :1] * direction[:, 0]
-        + axis[:, 1:2] * direction[:, 1]
-        + axis[:, 2:] * direction[:, 2]
-    )
+def lit(normal: Doubles, tangent: Doubles, wi: Doubles, wo: Doubles) -> Lit:
+    """Return what pairs of directions (P, 3) are in the frames of N fibres.
+
+    `normal` and `tangent`, the fibre's direction, are (N, 3), unit and orthogonal. Renderers bend
+    a normal that is turned away from the viewer until it is not.
+    """
+    short = np.maximum(BENT - dot(normal[:, None], wi), 0)
+    up = normal[:, None] + short[..., None] * wi
+    up /= np.linalg.norm(up, axis=-1, keepdims=True)
+    along = tangent[:, None] - up * dot(up, tangent[:, None])[..., None]
+    along /= np.linalg.norm(along, axis=-1, keepdims=True)
+
+    def squares(direction: Doubles) -> tuple[Squares, Doubles]:
+        n, b = dot(up, direction), dot(along, direction)
+        return Squares(np.maximum(1 - n**2 - b**2, 0), b**2, n**2), n
+
+    (view, n_i), (light, n_o), (half, _) = (squares(w) for w in (wi, wo, halfway(wi, wo)))
+    return Lit(view, light, half, n_i, n_o)
 
 
-def mirror(
-    wi: Squares, wo: Squares, half: Squares, alpha_along: float, alpha_across: float
-) -> Doubles:
+def mirror(under: Lit, alpha_along: float, alpha_across: float) -> Doubles:
     """Return D V n·wo (N, P) in 1/sr: the GGX lobe without its Fresnel factor.
 
     ``D = 1 / (π α_t α_b (h_t²/α_t² + h_b²/α_b² + h_n²)²)`` and, with
@@ -51,11 +68,13 @@ def mirror(
     height-correlated masking of Smith (Heitz 2014).
     """
     narrow, wide = alpha_along**2, alpha_across**2
-    spread = half.across / wide + half.along / narrow + half.up
-    i_n, o_n = np.sqrt(wi.up), np.sqrt(wo.up)
-    masks = 2 * (o_n * _masked(wi, narrow, wide) + i_n * _masked(wo, narrow, wide))
+    spread = under.half.across / wide + under.half.along / narrow + under.half.up
+    n_o = np.maximum(under.n_o, 0)
+    masks = 2 * (
+        n_o * _masked(under.view, narrow, wide) + under.n_i * _masked(under.light, narrow, wide)
+    )
     scale = np.pi * alpha_along * alpha_across
-    return np.asarray(o_n / (scale * spread**2 * np.maximum(masks, 1e-12)))
+    return np.asarray(n_o / (scale * spread**2 * np.maximum(masks, 1e-12)))
 
 
 def fresnel_edge(cos_half: Doubles) -> Doubles:
@@ -64,13 +83,12 @@ def fresnel_edge(cos_half: Doubles) -> Doubles:
 
 
 @lru_cache(maxsize=256)
-def mean_albedo(alpha: float) -> tuple[float, float]:
-    """Return what the lobe reflects of light from all around: a and b in ``E = a F0 + b``.
+def albedos(alpha: float) -> tuple[Doubles, Doubles]:
+    """Return a and b (16,) of ``E = a F0 + b``, which the lobe reflects to `COSINES`.
 
-    Means over the cosine of the viewer's angle, by quadrature; `alpha` is isotropic.
+    By quadrature; `alpha` is isotropic.
     """
-    mid = (np.arange(_NODES) + 0.5) / _NODES
-    cosine = mid[:, None, None]
+    mid, cosine = COSINES, COSINES[:, None, None]
     view = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, cosine], -1)
     # Half vectors as D has them, so that the sharpest lobe needs no more nodes than the widest.
     up = np.sqrt((1 - mid) / (1 + (alpha**2 - 1) * mid))[:, None]
@@ -83,8 +101,10 @@ def mean_albedo(alpha: float) -> tuple[float, float]:
     masks = 2 * (o_n * bent[0] + cosine * bent[1])
     share = np.where(meets > 0, 4 * meets * o_n / (masks * half[..., 2]), 0)
     edge = fresnel_edge(meets)
-    weight = 2 * cosine / _NODES**3
-    return float(np.sum(weight * share * (1 - edge))), float(np.sum(weight * share * edge))
+    count = len(mid) ** 2
+    direct, rim = (np.sum(share * part, (1, 2)) / count for part in (1 - edge, edge))
+    direct.flags.writeable = rim.flags.writeable = False
+    return direct, rim
 
 
 def halfway(wi: Doubles, wo: Doubles) -> Doubles:

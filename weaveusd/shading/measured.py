@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from weaveusd.synth.model import TextureSet
     from weaveusd.yarn.model import Optics, Yarn
 
-    Texels = tuple[Doubles, Doubles]
-
 VIEW = math.radians(8)
 VIEWS = 4
 """Azimuths from which the cloth is looked at, evenly apart."""
@@ -56,6 +54,17 @@ class Measured(NamedTuple):
     reached: tuple[float, float, float]
 
 
+class Texels(NamedTuple):
+    """Some texels of a yarn: unit normals and directions of the fibre, (N, 3) each, cloth frame.
+
+    `share` is the share of the cloth's face that the yarn has.
+    """
+
+    normal: Doubles
+    tangent: Doubles
+    share: float
+
+
 def measured(weave: Weave, texels: Sequence[Texels | None]) -> tuple[Measured, ...]:
     """Return how each of `weave.yarns` measures from its `texels_of`; unseen ones have gain 1."""
     whites = white_reflectances(weave, texels)
@@ -65,7 +74,7 @@ def measured(weave: Weave, texels: Sequence[Texels | None]) -> tuple[Measured, .
 def white_reflectances(weave: Weave, texels: Sequence[Texels | None]) -> tuple[float | None, ...]:
     """Return G, the d/8° reflectance of each yarn's volume lobe for A = 1; None where not seen."""
     return tuple(
-        None if own is None else texel_reflectance(*own, yarn.optics)
+        None if own is None else texel_reflectance(own.normal, own.tangent, yarn.optics)
         for yarn, own in zip(weave.yarns, texels, strict=True)
     )
 
@@ -147,10 +156,14 @@ def texels_of(weave: Weave, textures: TextureSet) -> list[Texels | None]:
                 counts[yarn] += len(own)
         if counts.min() >= wanted:
             break
-    return [_thinned(np.concatenate(own), wanted) if own else None for own in found]
+    total = max(int(counts.sum()), 1)
+    return [
+        Texels(*_thinned(np.concatenate(own), wanted), int(count) / total) if own else None
+        for own, count in zip(found, counts, strict=True)
+    ]
 
 
-def _thinned(vectors: np.ndarray, wanted: int) -> Texels:
+def _thinned(vectors: np.ndarray, wanted: int) -> tuple[Doubles, Doubles]:
     """Return normals and tangents of `wanted` of the texels (N, 6), chosen by chance, seed 0.
 
     Any regular choice would step through the threads' own regularity.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from weaveusd.shading.fibre import dot, facing
-from weaveusd.shading.lobe import components, fresnel_edge, halfway, mirror, squares
+from weaveusd.shading.lobe import COSINES, Lit, fresnel_edge, halfway, lit, mirror
 from weaveusd.shading.microcylinder import Parameters, lobes
 from weaveusd.shading.normalization import normalization
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from weaveusd.shading.measured import Measured, Texels
     from weaveusd.yarn.model import Optics
 
-TEXELS, FEWEST = 384, 8
+TEXELS, FEWEST = 160, 8
 """Texels looked at, shared by the parts of the tile, and of one part."""
 
 
@@ -31,7 +31,7 @@ class Part:
     """
 
     exact: Doubles  # (P, 3) 1/sr
-    diffuse: Doubles  # (P, 3) of a Lambertian base in the yarns' colors
+    diffuse: Doubles  # (16, P, 3) of a Lambertian base, by the viewer's cosine to the texel
     lobe: Doubles  # (A, P) of the mirror-like lobe, without Fresnel's factor
     edge: Doubles  # (A, P) the same times (1 − c)⁵
 
@@ -63,25 +63,15 @@ def tile_parts(
     for index, yarn in enumerate(weave.yarns):
         if texels[index] is not None:
             members.setdefault((yarn.system, yarn.optics), []).append(index)
-    share = shares(weave)
-    seen = sum(share[index] for group in members.values() for index in group)
     wanted = max(FEWEST, TEXELS // max(len(members), 1))
     parts: list[Part] = []
     owner: list[int | None] = [None] * len(weave.yarns)
     for (_, optics), group in members.items():
         for index in group:
             owner[index] = len(parts)
-        sample = _sample(weave, texels, measured, group, wanted, [s / seen for s in share])
+        sample = _sample(weave, texels, measured, group, wanted)
         parts.append(_part(sample, optics, wi, wo, alphas))
     return parts, owner
-
-
-def shares(weave: Weave) -> tuple[float, ...]:
-    """Return the share of all crossings at which each yarn is on top."""
-    count = len(weave.yarns)
-    warp = np.bincount(weave.warp_yarn, weave.warp_up.sum(0), count)
-    weft = np.bincount(weave.weft_yarn, (~weave.warp_up).sum(1), count)
-    return tuple(float(s) for s in (warp + weft) / weave.warp_up.size)
 
 
 def _sample(
@@ -90,7 +80,6 @@ def _sample(
     measured: Sequence[Measured],
     group: Sequence[int],
     wanted: int,
-    share: Sequence[float],
 ) -> _Sample:
     each = max(1, wanted // len(group))
     rows: list[tuple[Doubles, ...]] = []
@@ -98,10 +87,10 @@ def _sample(
         found = texels[index]
         if found is None:
             continue
-        normal, tangent = (vectors[:each] for vectors in found)
+        normal, tangent = found.normal[:each], found.tangent[:each]
         count = len(normal)
         color = np.tile(np.asarray(weave.yarns[index].color, float), (count, 1))
-        weight = np.full(count, share[index] / count)
+        weight = np.full(count, found.share / count)
         rows.append((normal, tangent, color, color * measured[index].gain, weight))
     return _Sample(*(np.concatenate(column) for column in zip(*rows, strict=True)))
 
@@ -113,15 +102,25 @@ def _part(
     wo: Doubles,
     alphas: Sequence[tuple[float, float]],
 ) -> Part:
-    view, light = (squares(w, sample.normal, sample.tangent) for w in (wi, wo))
-    half = squares(halfway(wi, wo), sample.normal, sample.tangent)
-    weight = sample.weight[:, None] * (components(sample.normal, wi) > 0)
-    weight = weight * (components(sample.normal, wo) > 0)
-    cosine = weight * np.sqrt(light.up) / np.pi
-    diffuse = np.stack([np.sum(cosine * sample.color[:, k, None], 0) for k in range(3)], -1)
-    lobe = np.stack([np.sum(weight * mirror(view, light, half, *alpha), 0) for alpha in alphas])
+    under = lit(sample.normal, sample.tangent, wi, wo)
+    weight = sample.weight[:, None] * (under.n_o > 0)
+    lobe = np.stack([np.sum(weight * mirror(under, *alpha), 0) for alpha in alphas])
     edge = lobe * fresnel_edge(dot(wi, halfway(wi, wo)))
+    diffuse = _diffuse(sample, under, weight)
     return Part(_exact(sample, optics, wi, wo), diffuse, lobe, edge)
+
+
+def _diffuse(sample: _Sample, under: Lit, weight: Doubles) -> Doubles:
+    """Return Lambert's reflectance times cosine (16, P, 3), by the viewer's cosine."""
+    steps = len(COSINES)
+    step = np.minimum((under.n_i * steps).astype(int), steps - 1)
+    cosine = weight * np.maximum(under.n_o, 0) / np.pi
+    result = np.zeros((steps, weight.shape[1], 3))
+    for index in range(steps):
+        within = np.where(step == index, cosine, 0)
+        for channel in range(3):
+            result[index, :, channel] = np.sum(within * sample.color[:, channel, None], 0)
+    return result
 
 
 def _exact(sample: _Sample, optics: Optics, wi: Doubles, wo: Doubles) -> Doubles:
