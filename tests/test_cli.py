@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -213,7 +214,9 @@ def test_env_is_what_a_shell_can_evaluate(run):
         ["sh", "-c", out + 'printf %s "$PXR_PLUGINPATH_NAME"'],
         capture_output=True, text=True, check=True, env={},
     ).stdout  # fmt: skip
-    assert (Path(found) / "plugInfo.json").is_file()
+    folders = found.split(os.pathsep)
+    assert len(folders) == 2
+    assert all((Path(folder) / "plugInfo.json").is_file() for folder in folders)
 
 
 def test_the_version_is_told(run):

@@ -130,6 +130,13 @@ def render(
             help="Networks to read first: the exact ones, those of MaterialX, or the preview's."
         ),
     ] = Context.mitsuba,
+    lod: Annotated[
+        str,
+        typer.Option(
+            metavar="auto|full|LEVEL",
+            help="Detail of cloth: as pixels see it, all of it, or one level, 0 the finest.",
+        ),
+    ] = "full",
     as_json: Json = False,
 ) -> None:
     """Render a stage with Mitsuba, cloth by its exact BSDF."""
@@ -147,6 +154,7 @@ def render(
             spp=spp,
             seed=seed,
             context=context.value,
+            lod=int(lod) if lod.isdecimal() and lod.isascii() else lod,
             frame=frame,
             purposes=[p.value for p in purpose or (Purpose.render,)],
             progress=progress,
@@ -182,7 +190,7 @@ def validate(stage: StageFile, as_json: Json = False) -> None:
 
 @app.command()
 def env(as_json: Json = False) -> None:
-    """Print what usdview and other USD programs need to know the schema.
+    """Print what usdview needs to know the schema and the plugin, and other programs the schema.
 
     For a shell: eval "$(weaveusd env)".
     """

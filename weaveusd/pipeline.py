@@ -425,10 +425,18 @@ def preset_swatch(name: str, width: int, height: int) -> str:
 
 
 def environment() -> dict[str, str]:
-    """Return the environment variables that let other USD programs know the schema."""
+    """Return the environment variables that let other USD programs know the schema.
+
+    They also let usdview find its plugin; PYTHONPATH holds nothing but that.
+    """
     from weaveusd.stage import schema_dir
 
-    return {"PXR_PLUGINPATH_NAME": str(schema_dir() / "weaveCloth")}
+    plugin = Path(__file__).resolve().parent / "usdview"
+    folders = (schema_dir() / "weaveCloth", plugin)
+    return {
+        "PXR_PLUGINPATH_NAME": os.pathsep.join(map(str, folders)),
+        "PYTHONPATH": str(plugin / "python"),
+    }
 
 
 def _color_space(name: str) -> ColorSpace:
