@@ -41,12 +41,8 @@ from weaveusd import pipeline
 from weaveusd.errors import WeaveusdError
 from weaveusd.export.locks import staging_folder
 from weaveusd.export.publish import publish_asset
+from weaveusd.patch import Patch
 from weaveusd.validate.verify import verify
-
-# Imported before anything is forked, so that each child has it already.
-for module in ("cloth.weave", "draft.wif", "draft.write", "export.asset", "shading.shade",
-               "synth.textures", "validate.checks", "validate.run", "yarn.recipe"):  # fmt: skip
-    import_module(f"weaveusd.{module}")
 
 DRAFT = Path(__file__).parents[1] / "examples" / "drafts" / "plain.wif"
 TEXELS = 16
@@ -94,6 +90,17 @@ def tiny(root: Path, text: str) -> None:
         (folder / "tiny.usda").write_text("#usda 1.0\n")
 
     publish_asset(root, "tiny", write)
+
+
+def warm_up() -> None:
+    """Load code and make a cloth in memory, so that each child has that already.
+
+    What starts threads, as USD's registry and OpenImageIO do, is left to the children.
+    """
+    for module in ("export.asset", "validate.checks", "validate.run"):
+        import_module(f"weaveusd.{module}")
+    recipe = pipeline.read_recipe(preset="linen", recipe=None)
+    pipeline.make_material(DRAFT, recipe, "cloth", patch=Patch(TEXELS), jobs=1)
 
 
 def forked(action: Callable[[], str | None]) -> tuple[int, int]:
@@ -354,6 +361,7 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="print the counts as JSON")
     parser.add_argument(MOUNTED, metavar="FILE", type=Path, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
+    warm_up()
     if arguments.mounted is not None:
         arguments.mounted.write_text(json.dumps(asdict(mounted(arguments.sizes))))
         return
