@@ -48,7 +48,9 @@ def write_exact(material: ClothMaterial, folder: Path, files: LookFiles = CLOTH_
     mx.prependXInclude(document, f"{MATERIALX_NODE_DIR}/{CLOTH_SHADER_ID}.mtlx")
     graph = document.addNodeGraph(f"{material.name}_textures")
     maps = add_maps(graph, material.weave.repeat_mm, files)
-    ids = add_image(graph, "yarn_id_map", files.texture("yarn_id.png"), "float", maps.repeats)
+    texels = (material.textures.width, material.textures.height)
+    nearest = _add_texel_centers(graph, maps.repeats, texels)
+    ids = add_image(graph, "yarn_id_map", files.texture("yarn_id.png"), "float", nearest)
     ids.setInputValue("filtertype", "closest")
     cloth = document.addNode(CLOTH_SHADER_ID, f"{material.name}_cloth", "BSDF")
     surface = document.addNode("surface", f"{material.name}_surface", "surfaceshader")
@@ -74,6 +76,27 @@ def write_exact(material: ClothMaterial, folder: Path, files: LookFiles = CLOTH_
     add_material(document, material.name, surface)
     text = mx.writeToXmlString(document)
     (folder / files.exact).write_text(text, encoding="utf-8")
+
+
+def _add_texel_centers(graph: Any, repeats: Any, texels: tuple[int, int]) -> Any:
+    """Add the middle of the texel that `repeats` lie in.
+
+    Renderers magnify every texture linearly, whatever filter the image asks for; a yarn id
+    between two is that of a third yarn.
+    """
+    node = repeats
+    for category, name, numbers in (
+        ("multiply", "texels", texels),
+        ("floor", "texel", None),
+        ("add", "texel_center", (0.5, 0.5)),
+        ("divide", "nearest", texels),
+    ):
+        following = graph.addNode(category, name, "vector2")
+        following.setConnectedNode("in" if numbers is None else "in1", node)
+        if numbers is not None:
+            set_numbers(following, "in2", "vector2", *numbers)
+        node = following
+    return node
 
 
 class _Lookup:
