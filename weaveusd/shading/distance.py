@@ -21,10 +21,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from weaveusd.shading.fibre import dot, in_fibre_frame
+from weaveusd.shading.footprint import NOTHING, arcs, coverage, halves, twist
 from weaveusd.shading.longitudinal import mean_profile
 from weaveusd.shading.microcylinder import Parameters, scattered
 from weaveusd.shading.normalization import normalization
-from weaveusd.synth import moments as m
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -46,19 +46,6 @@ FULL, LEAN = Nodes(2, 2), Nodes(1, 2)
 
 STEEPEST = 0.9998
 """No sine of an inclination exceeds that of 90° − 0.02 rad."""
-
-_POINT = 1e-6
-"""Least width of a box in X, so that a share of it may be lit."""
-
-_NOTHING = 1e-7
-
-
-class _Box(NamedTuple):
-    """An even distribution from `low` to `high`, and its share of the footprint."""
-
-    low: float
-    high: float
-    share: float
 
 
 class _Strand(NamedTuple):
@@ -95,18 +82,18 @@ def parameters(optics: Optics) -> Parameters:
 def _system(wi: Doubles, wo: Doubles, footprint: Footprint, nodes: Nodes) -> Doubles:
     out = np.zeros((len(wi), 3))
     moments = np.asarray(footprint.moments, float)
-    coverage = float(moments[m.FLAT] + moments[m.RISING] + moments[m.FALLING])
-    if coverage <= _NOTHING:
+    a = coverage(moments)
+    if a <= NOTHING:
         return out
     # Which side the light is on; the yarn is turned so that this is a matter of the frame alone.
     side = np.where(wi[:, 2] * wo[:, 2] < 0, -1.0, 1.0)
     if footprint.weft:
         wi, wo = (np.stack([-w[:, 1], w[:, 0], w[:, 2]], -1) for w in (wi, wo))
-    albedo = np.asarray(footprint.albedo, float) / coverage
+    albedo = np.asarray(footprint.albedo, float) / a
     kinds = [
-        (parameters(o), _normalization(o), float(share) / coverage)
+        (parameters(o), _normalization(o), float(share) / a)
         for o, share in zip(footprint.kinds, footprint.share, strict=True)
-        if share > _NOTHING * coverage
+        if share > NOTHING * a
     ]
     for strand in _strands(wi, wo, side, moments, footprint.section, nodes):
         surface, volume = _shaded(wi, wo, side, strand, footprint.section, kinds)
@@ -152,10 +139,10 @@ def _strands(
     The far face of a yarn, turned away from viewer and light alike, is seen where the texture
     shows it; one place is enough for it.
     """
-    across = _halves(moments)
-    mean, deviation = _twist(moments)
+    across = halves(moments)
+    mean, deviation = twist(moments)
     outside = np.where(wi[:, 2] < 0, -1.0, 1.0)
-    for i, arc in enumerate(_arcs(moments, nodes.arcs)):
+    for i, arc in enumerate(arcs(moments, nodes.arcs)):
         for j, half in enumerate(across):
             sine, cosine = _bend(0.5 * (arc.low + arc.high), 0.5 * (half.low + half.high), section)
             for face, count in ((outside, nodes.across), (-outside, 1)):
@@ -171,54 +158,6 @@ def _strands(
                     psi = mean + (deviation if (i + j + k) % 2 else -deviation)
                     x = low + node * (high - low)
                     yield _Strand(x, (arc.low, arc.high), min(max(psi, -1), 1), part * weight)
-
-
-def _arcs(moments: Doubles, count: int) -> list[_Box]:
-    """Return boxes in S: the straight part, and `count` pieces of what rises and what falls."""
-    boxes = [_Box(0.0, 0.0, float(moments[m.FLAT]))]
-    for share, mean, square, low, high in (
-        (m.RISING, m.RISING_S, m.RISING_SS, 0.0, 1.0),
-        (m.FALLING, m.FALLING_S, m.FALLING_SS, -1.0, 0.0),
-    ):
-        whole = _box(moments[share], moments[mean], moments[square], low, high)
-        step = (whole.high - whole.low) / count
-        boxes += [
-            _Box(whole.low + k * step, whole.low + (k + 1) * step, whole.share / count)
-            for k in range(count)
-        ]
-    return [box for box in boxes if box.share > _NOTHING]
-
-
-def _halves(moments: Doubles) -> list[_Box]:
-    """Return boxes in X, of the half of the yarn where X is positive and of the other.
-
-    Both have the same distribution of |X|, and as much of the yarn as makes the mean of X.
-    """
-    coverage = moments[m.FLAT] + moments[m.RISING] + moments[m.FALLING]
-    aside, square, across = (moments[k] / coverage for k in (m.ASIDE, m.ACROSS_XX, m.ACROSS))
-    box = _box(1.0, aside, square, 0.0, 1.0)
-    middle = 0.5 * (box.low + box.high)
-    reach = max(0.5 * (box.high - box.low), 0.5 * _POINT)
-    low, high = middle - reach, middle + reach
-    right = min(max(0.5 * (1 + across / max(aside, 1e-12)), 0), 1)
-    halves = _Box(low, high, right), _Box(-high, -low, 1 - right)
-    return [half for half in halves if half.share > _NOTHING]
-
-
-def _box(share: float, first: float, second: float, low: float, high: float) -> _Box:
-    """Return the box of given sums within `low` and `high`; the half width is √(3 variance)."""
-    if share <= _NOTHING:
-        return _Box(low, low, 0.0)
-    mean = first / share
-    reach = np.sqrt(3 * max(second / share - mean * mean, 0))
-    return _Box(float(max(mean - reach, low)), float(min(mean + reach, high)), float(share))
-
-
-def _twist(moments: Doubles) -> tuple[float, float]:
-    """Return mean and deviation of sin ψ."""
-    coverage = moments[m.FLAT] + moments[m.RISING] + moments[m.FALLING]
-    mean = float(moments[m.TWIST] / coverage)
-    return mean, float(np.sqrt(max(moments[m.TWIST_PP] / coverage - mean * mean, 0)))
 
 
 def _bend(s: ArrayLike, x: ArrayLike, section: Section) -> tuple[Doubles, Doubles]:

@@ -23,6 +23,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from weaveusd.synth.boxes import add_rows, columns_reduced, reduced
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -32,7 +34,6 @@ if TYPE_CHECKING:
 
     Doubles = NDArray[np.float64]
     Floats32 = NDArray[np.float32]
-    Indices = NDArray[np.intp]
 
 (
     FLAT,  # a where |S| ≤ STRAIGHT
@@ -139,8 +140,8 @@ def moment_maps(
     for first in range(0, textures.height, rows):
         band = textures.band(first, min(textures.height, first + rows))
         for system, total in zip(systems, sums, strict=True):
-            fine = _columns(system.channels_of(band, gain), width)
-            _add_rows(total, fine, first, textures.height)
+            fine = columns_reduced(system.channels_of(band, gain), width)
+            add_rows(total, fine, first, textures.height)
     warp, weft = (system.maps(total) for system, total in zip(systems, sums, strict=True))
     return warp, weft
 
@@ -151,13 +152,6 @@ def sections(weave: Weave) -> tuple[Section, Section]:
         _section(weave.warp_floats, weave.warp_height_mm, weave.warp_width_mm),
         _section(weave.weft_floats, weave.weft_height_mm, weave.weft_width_mm),
     )
-
-
-def reduced(values: NDArray[np.floating], width: int, height: int) -> Doubles:
-    """Return `values` (H, W, c) as (height, width, c): the exact means over even pieces."""
-    out = np.zeros((height, width, values.shape[2]))
-    _add_rows(out, _columns(np.asarray(values, float), width), 0, len(values))
-    return out
 
 
 def texel_moments(band: Band, section: Section, *, weft: bool) -> Doubles:
@@ -241,31 +235,6 @@ def _in_yarn_frame(vectors: Floats32, weft: bool) -> tuple[Doubles, Doubles, Dou
     """Return components across the yarn, along it and out of the cloth."""
     x, y, z = (vectors[..., i].astype(float) for i in range(3))
     return (-y, x, z) if weft else (x, y, z)
-
-
-def _columns(values: Doubles, width: int) -> Doubles:
-    """Return the means (rows, width, c) of `values` (rows, W, c) over even pieces of the rows."""
-    full = values.shape[1]
-    if full == width:
-        return values
-    # A sum from the left, taken at the borders: in the same order on every machine.
-    before = np.zeros((len(values), full + 1, values.shape[2]))
-    np.cumsum(values, axis=1, out=before[:, 1:])
-    whole, part = np.divmod(np.arange(width + 1) * full, width)
-    inside = values[:, np.minimum(whole, full - 1)] * (part / width)[:, None]
-    return np.asarray(np.diff(before[:, whole] + inside, axis=1) * (width / full))
-
-
-def _add_rows(total: Doubles, rows: Doubles, first: int, full: int) -> None:
-    """Add `rows`, from row `first` of `full` on, to the means `total` that they are part of."""
-    height = len(total)
-    for j, row in enumerate(rows, first):
-        # In units of 1/height of a fine row: where this one and its coarse row end.
-        r = j * height // full
-        inside = min(height, (r + 1) * full - j * height)
-        total[r] += row * (inside / full)
-        if inside < height:
-            total[r + 1] += row * ((height - inside) / full)
 
 
 def _frozen(values: Doubles) -> Floats32:
