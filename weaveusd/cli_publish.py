@@ -41,7 +41,7 @@ def _publish(
         list[str] | None,
         typer.Option(
             metavar="NAME=RECIPE",
-            help="Another preset or recipe.toml, as a variant; repeat it for more.",
+            help="Another preset, recipe.toml or palette.wif, as a variant; repeat it for more.",
         ),
     ] = None,
     name: Annotated[

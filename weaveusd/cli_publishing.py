@@ -84,7 +84,7 @@ def _request(draft: Path, settings: dict[str, Any]) -> dict[str, Any]:
     paths = {"draft": draft, **{key: settings[key] for key in ("root", "recipe")}}
     named = {key: path and os.path.abspath(path) for key, path in paths.items()}
     colorways = {
-        name: os.path.abspath(source) if source.endswith(".toml") else source
+        name: os.path.abspath(source) if source.endswith((".toml", ".wif")) else source
         for name, source in settings["colorways"].items()
     }
     return {**settings, **named, "colorways": colorways}

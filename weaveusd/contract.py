@@ -287,6 +287,7 @@ MATERIAL_NAME = "Material"
 
 COLORWAYS = "colorway"
 """Variant set of the root prim: recipes that are published together."""
+MAX_COLORWAYS = 64
 
 MTLX_SURFACES = "mtlxSurface"
 """Variant set of the material: what `outputs:mtlx:surface` leads to."""

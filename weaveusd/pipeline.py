@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from weaveusd._version import __version__
+from weaveusd.colorways import read_colorways, repainted
+from weaveusd.colorways import read_recipe as read_recipe
 from weaveusd.contract import COLOR_SPACES, DOORS
 from weaveusd.errors import InputError, ValidationFailedError
 from weaveusd.patch import Patch
@@ -29,7 +31,6 @@ Progress = Callable[[float], None]
 PathLike = str | os.PathLike[str]
 
 MAX_JOBS = 1024
-MAX_COLORWAYS = 64
 
 _WRITING = 0.85
 """Share of a publish's time that goes into writing textures, for the progress bar."""
@@ -101,7 +102,8 @@ def publish(
         Name of a preset, or a recipe's TOML file: exactly one of them.
     colorways
         More presets or recipes of the same draft, by the name of the variant that each becomes;
-        what ends in ``.toml`` is a file. The first recipe is the default, under its own name.
+        what ends in ``.toml`` is a recipe's file, what ends in ``.wif`` a draft whose palette the
+        first recipe gets. The first recipe is the default, under its own name.
     name
         Name of the asset; by default the draft file's and the recipe's. It is made safe.
     resolution, texels_per_mm
@@ -164,22 +166,23 @@ def publish(
     other_doors = _doors(doors)
     if jobs is not None and not 1 <= jobs <= MAX_JOBS:
         raise InputError(f"jobs: found {jobs}, expected 1 to {MAX_JOBS}")
-    recipes = _read_colorways(preset, recipe, colorways or {})
-    first = next(iter(recipes))
-    name = safe_name(name or f"{Path(draft).stem}_{recipes[first][0].name}")
+    sources = read_colorways(preset, recipe, colorways or {})
+    first = next(iter(sources))
+    name = safe_name(name or f"{Path(draft).stem}_{sources[first].recipe.name}")
     cloths = {
         colorway: make_material(
             draft,
-            of_colorway,
+            source.recipe,
             name,
             patch=patch,
-            recipe_toml=text,
+            recipe_toml=source.text,
+            palette=source.palette,
             seed=seed,
             color_space=space,
             keep_personal=keep_personal,
             jobs=jobs,
         )
-        for colorway, (of_colorway, text) in recipes.items()
+        for colorway, source in sources.items()
     }
     tell(0.05)
     findings = [_recipe_finding(w) for cloth in cloths.values() for w in cloth.weave.warnings]
@@ -235,45 +238,6 @@ def publish(
     )
 
 
-def read_recipe(*, preset: str | None, recipe: PathLike | None) -> Recipe:
-    """Return the preset or the recipe file, whichever is given; raises InputError for both."""
-    from weaveusd.yarn import recipe as recipes
-
-    if preset is not None and recipe is None:
-        return recipes.read_preset(preset)
-    if recipe is not None and preset is None:
-        return recipes.read_recipe(recipe)
-    raise InputError("expected a preset or a recipe, exactly one of them")
-
-
-def _read_colorways(
-    preset: str | None, recipe: PathLike | None, others: Mapping[str, PathLike]
-) -> dict[str, tuple[Recipe, str]]:
-    """Return every recipe with its text, by the name of its colorway; the default comes first."""
-    from weaveusd.export.names import safe_name
-    from weaveusd.yarn.recipe import recipe_text
-
-    first = read_recipe(preset=preset, recipe=recipe)
-    name = safe_name(first.name)
-    found = {name: (first, recipe_text(preset=preset, path=recipe))}
-    if len(others) >= MAX_COLORWAYS:
-        raise InputError(f"{len(others) + 1} colorways, expected at most {MAX_COLORWAYS}")
-    for colorway, source in others.items():
-        if safe_name(colorway) != colorway:
-            raise InputError(
-                f"colorway {colorway[:80]!r}: expected a name such as {safe_name(colorway)!r}"
-            )
-        if colorway in found:
-            raise InputError(f"colorway {colorway!r}: the default recipe has that name")
-        is_file = os.fspath(source).endswith(".toml")
-        of_file, of_preset = (source, None) if is_file else (None, os.fspath(source))
-        found[colorway] = (
-            read_recipe(preset=of_preset, recipe=of_file),
-            recipe_text(preset=of_preset, path=of_file),
-        )
-    return found
-
-
 def _preview_names() -> tuple[str, ...]:
     from weaveusd.render.previews import PREVIEWS
 
@@ -287,6 +251,7 @@ def make_material(
     *,
     patch: Patch,
     recipe_toml: str = "",
+    palette: PathLike | None = None,
     seed: int = 0,
     color_space: ColorSpace = "lin_rec709",
     keep_personal: bool = False,
@@ -294,7 +259,8 @@ def make_material(
 ) -> ClothMaterial:
     """Return the material of a patch of the WIF file `draft` and `recipe`, in memory.
 
-    `recipe_toml` is the text that `recipe` was read from, which the asset keeps.
+    `recipe_toml` is the text that `recipe` was read from, which the asset keeps; `palette` a WIF
+    file whose colors stand for those of the draft.
     """
     from weaveusd.cloth.weave import weave
     from weaveusd.draft.personal import personal_fields
@@ -306,6 +272,8 @@ def make_material(
 
     data = load_wif(draft)
     parsed = parse_wif(data, os.fspath(draft))
+    if palette is not None:
+        parsed = repainted(parsed, palette)
     whole, resolution = patch.cut(parsed, recipe)
     cloth = weave(whole, recipe, color_space=color_space)
     personal = personal_fields(data, os.fspath(draft)) if keep_personal else None

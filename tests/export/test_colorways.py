@@ -6,12 +6,15 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdShade, UsdUtils
 
 import weaveusd
 from tests.export.cloths import cloth, texels
 from weaveusd.contract import CHANNELS, COLORWAYS
+from weaveusd.draft.wif import load_wif, parse_wif
+from weaveusd.draft.write import write_wif
 from weaveusd.errors import InputError
 from weaveusd.export.asset import write_asset
 from weaveusd.stage import open_stage
@@ -20,6 +23,10 @@ from weaveusd.validate.run import validate
 
 ROOT = Path(__file__).resolve().parents[2]
 TWILL = ROOT / "examples" / "drafts" / "twill_2_2.wif"
+
+
+def load(path):
+    return parse_wif(load_wif(path), str(path))
 
 
 def recolored(blue: float = 0.7):
@@ -137,6 +144,44 @@ def test_recipes_of_other_setts_are_published_together_and_judged_each(published
             Path(file.resolvedPath).read_text()
         )
     assert seen == {"linen", "wool", "cotton"}
+
+
+def test_another_palette_repaints_the_draft_and_keeps_its_structure(tmp_path):
+    draft = load(TWILL)
+    rose = tmp_path / "rose.wif"
+    rose.write_bytes(write_wif(replace(draft, palette=1 - draft.palette, title="Rose")))
+    done = weaveusd.publish(
+        TWILL, preset="linen", colorways={"rose": rose}, root=tmp_path / "r", resolution=96
+    )
+    assert done.findings == []
+    folder = done.asset.folder
+    own = {path.name for path in (folder / "textures" / "rose").iterdir()}
+    assert {"base_color.exr", "base_color.png"} <= own
+    assert own <= {"base_color.exr", "base_color.png", "roughness.png", "anisotropy.png"}
+    repainted = load(folder / "draft.rose.wif")
+    np.testing.assert_allclose(repainted.palette, 1 - draft.palette, atol=1e-4)
+    assert repainted.title == draft.title
+    np.testing.assert_array_equal(repainted.drawdown(), draft.drawdown())
+    assert (folder / "recipe.rose.toml").read_bytes() == (folder / "recipe.toml").read_bytes()
+    stage = open_stage(done.asset.entry)
+    stage.GetDefaultPrim().GetVariantSet(COLORWAYS).SetVariantSelection("rose")
+    material = stage.GetDefaultPrim().GetChild("Material")
+    assert material.GetAttribute("weave:draft").Get().path == "./draft.rose.wif"
+
+
+def test_a_palette_with_too_few_colors_is_refused(tmp_path):
+    draft = load(TWILL)
+    poor = tmp_path / "poor.wif"
+    poor.write_bytes(
+        write_wif(
+            replace(
+                draft, palette=draft.palette[:1], warp_color=0 * draft.warp_color,
+                weft_color=0 * draft.weft_color,
+            )
+        )
+    )  # fmt: skip
+    with pytest.raises(InputError, match=r"poor.wif: has 1 colors, expected at least the \d"):
+        weaveusd.publish(TWILL, preset="linen", colorways={"p": poor}, root=tmp_path / "r")
 
 
 def test_a_fault_in_a_colorway_is_found_and_named(published, tmp_path):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import filecmp
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from weaveusd.contract import (
     CHANNELS,
-    DRAFT_FILE,
     MAX_YARNS,
     README_FILE,
     TEXTURE_DIR,
@@ -84,14 +84,14 @@ def write_asset(
         at = CLOTH_ITSELF if index == 0 else LookFiles(colorway)
         share = _shared(progress, index, len(looks))
         covers.append(_write_textures(cloth, folder / at.folder, jobs, share))
-        files.append(_without_twins(folder, at))
+        repainted = cloth.provenance.draft_wif != material.provenance.draft_wif
+        files.append(replace(_without_twins(folder, at), own_draft=repainted))
         _write_look(cloth, folder, files[-1], covers[-1], glslfx="glslfx" in also)
         if "exact" in also:
             write_exact(cloth, folder, files[-1])
     entry = folder / entry_layer(material.name)
     names = () if colorways is None else tuple(colorways)
     write_entry(material.name, entry, dict(zip(names, files, strict=False)), previews)
-    (folder / DRAFT_FILE).write_bytes(material.provenance.draft_wif)
     text = readme_text(material, covers[0], names, previews=bool(previews), also=also)
     (folder / README_FILE).write_text(text, encoding="utf-8")
     return entry
@@ -177,4 +177,5 @@ def _write_look(
     if glslfx:
         text = glslfx_text(optics_of(material))
         (folder / files.glslfx).write_text(text, encoding="utf-8")
+    (folder / files.draft).write_bytes(material.provenance.draft_wif)
     (folder / files.recipe).write_bytes(material.provenance.recipe_toml)

@@ -22,10 +22,12 @@ class LookFiles:
 
     `colorway` is its name, "" for the cloth itself. `own` are the textures that the colorway has
     in its own folder; the others are those of the cloth itself, which hold the same bytes.
+    `own_draft` is whether its draft is another, in its colors.
     """
 
     colorway: str = ""
     own: frozenset[str] = frozenset()
+    own_draft: bool = False
 
     @property
     def look(self) -> str:
@@ -54,8 +56,8 @@ class LookFiles:
 
     @property
     def draft(self) -> str:
-        """The draft, which all colorways share."""
-        return DRAFT_FILE
+        """The draft, which colorways share unless they repaint it."""
+        return of_colorway(DRAFT_FILE, self.colorway if self.own_draft else "")
 
     @property
     def folder(self) -> str:
