@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import shutil
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -182,6 +185,34 @@ def test_a_palette_with_too_few_colors_is_refused(tmp_path):
     )  # fmt: skip
     with pytest.raises(InputError, match=r"poor.wif: has 1 colors, expected at least the \d"):
         weaveusd.publish(TWILL, preset="linen", colorways={"p": poor}, root=tmp_path / "r")
+
+
+def command(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "weaveusd", "publish", str(TWILL), *map(str, arguments)],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("options", [["x"], ["=wool"], ["x="], ["x=wool", "x=linen"]])
+def test_a_colorway_option_without_name_or_recipe_is_a_mistake_in_the_arguments(options, tmp_path):
+    named = [part for option in options for part in ("--colorway", option)]
+    done = command("--preset", "linen", "--root", tmp_path / "r", *named)
+    assert done.returncode == 2
+    assert "--colorway" in done.stderr
+    assert not (tmp_path / "r").exists()
+
+
+def test_the_command_publishes_colorways_and_says_how_far_each_network_is_off(tmp_path):
+    done = command(
+        "--preset", "linen", "--root", tmp_path, "--colorway", "dark=denim", "--resolution", 64,
+        "--name", "pair",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert re.search(r"^  networks  mitsuba, openpbr \d+% off, ", done.stdout, re.MULTILINE)
+    stage = open_stage(tmp_path / "pair" / "v001" / "pair.usda")
+    names = stage.GetDefaultPrim().GetVariantSet(COLORWAYS).GetVariantNames()
+    assert names == ["dark", "linen"]
 
 
 def test_a_fault_in_a_colorway_is_found_and_named(published, tmp_path):
