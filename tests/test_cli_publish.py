@@ -87,7 +87,8 @@ def test_a_target_that_is_a_link_or_nowhere_is_refused_before_anything_is_done(
     (tmp_path / "precious").write_text("mine")
     (tmp_path / "link").symlink_to(tmp_path / "precious")
     (tmp_path / "folder").mkdir()
-    for target in ("link", "folder", "nowhere/file"):
+    os.mkfifo(tmp_path / "pipe")
+    for target in ("link", "folder", "pipe", "nowhere/file"):
         status, _, err = publish(run, tmp_path / "root", option, tmp_path / target)
         assert (status, err.count("\n")) == (3, 1)
         assert target in err
@@ -104,6 +105,23 @@ def test_a_log_tells_what_was_asked_done_and_answered_run_after_run(run, tmp_pat
     publish(run, tmp_path / "root", "--log-file", log, "--version", "v001", "--seed", 1)
     assert log.read_text().startswith(first)
     assert "VersionConflictError" in log.read_text()
+
+
+def test_a_path_that_is_no_text_breaks_neither_the_answer_nor_the_run(run, tmp_path):
+    odd = os.fsdecode(b"r\xf6\xdft")
+    draft = tmp_path / f"{odd}.wif"
+    draft.write_bytes(TWILL.read_bytes())
+    log, result = tmp_path / f"{odd}.log", tmp_path / f"{odd}.json"
+    status, out, err = publish(run, tmp_path / "root", "--json", "--log-file", log, "--result",
+                               result, "--pre-hook", "true", draft=draft)  # fmt: skip
+    assert (status, err) == (0, "")
+    assert json.loads(out) == json.loads(result.read_text())
+    assert json.loads(out)["asset"] == "rt_linen"
+    assert "r\\udcf6\\udcdft.wif" in log.read_text()
+    status, out, err = publish(run, tmp_path / odd, "--json")
+    assert (status, json.loads(out)["status"]) == (3, "failed")
+    assert "not UTF-8" in err
+    assert not (tmp_path / odd).exists()
 
 
 # --- Progress -------------------------------------------------------------------------------------

@@ -12,13 +12,17 @@ from weaveusd._version import __version__
 
 if TYPE_CHECKING:
     from weaveusd.draft.wif import read_wif
-    from weaveusd.pipeline import publish
+    from weaveusd.pipeline import publish, verify
     from weaveusd.render.run import render
     from weaveusd.validate.run import validate
 
-__all__ = ["__version__", "publish", "read_wif", "render", "validate"]
+__all__ = ["__version__", "publish", "read_wif", "render", "validate", "verify"]
 
-_HOMES = {"read_wif": "weaveusd.draft.wif", "publish": "weaveusd.pipeline"}
+_HOMES = {
+    "read_wif": "weaveusd.draft.wif",
+    "publish": "weaveusd.pipeline",
+    "verify": "weaveusd.pipeline",
+}
 
 
 def __getattr__(name: str) -> Any:

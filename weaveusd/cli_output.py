@@ -14,13 +14,19 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on std
 
 
 def say(line: str) -> None:
-    """Print a line for people."""
-    sys.stdout.write(line + "\n")
+    """Print a line for people; what is no text in a path is shown as an escape."""
+    encoding = sys.stdout.encoding or "utf-8"
+    sys.stdout.write(line.encode(encoding, "backslashreplace").decode(encoding) + "\n")
 
 
 def json_text(value: Any) -> str:
-    """Return `value` as the text of JSON that commands print and write, with its last newline."""
-    return json.dumps(value, indent=2, ensure_ascii=False) + "\n"
+    """Return `value` as the text of JSON that commands print and write, with its last newline.
+
+    A path need not be text; what of it is none stands there as an escape.
+    """
+    text = json.dumps(value, indent=2, ensure_ascii=False)
+    lone = any("\ud800" <= c <= "\udfff" for c in text)
+    return (json.dumps(value, indent=2) if lone else text) + "\n"
 
 
 def print_json(value: Any) -> None:

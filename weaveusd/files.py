@@ -14,8 +14,8 @@ def check_target(what: str, path: Path) -> None:
     """Raise InputError unless a file can be made at `path`; `what` names it in the message."""
     if os.path.islink(path):
         raise InputError(f"{what} {path}: a symbolic link, expected a file")
-    if os.path.isdir(path):
-        raise InputError(f"{what} {path}: a folder, expected a file")
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise InputError(f"{what} {path}: a folder, pipe or device, expected a file")
     if not os.path.isdir(path.parent):
         raise InputError(f"{what} {path}: the folder {path.parent} does not exist")
 

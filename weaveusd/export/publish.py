@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from weaveusd.contract import MANIFEST_FILE, MATERIAL_NAME, entry_layer
-from weaveusd.errors import WeaveusdError
+from weaveusd.errors import InputError, WeaveusdError
 from weaveusd.export.locks import locked_folder, staging_folder
 from weaveusd.export.manifest import FileRecord, content_digest, list_files, write_manifest
 from weaveusd.export.names import safe_name
@@ -93,13 +93,14 @@ def publish_asset(
     ValueError
         `name` is not safe, or `write` wrote no entry layer.
     InputError
-        `version` is none, or `root` or a folder below it is a symbolic link or a file.
+        `version` is none, or `root` or a folder below it is a symbolic link or a file, or its name
+        is no UTF-8.
     VersionConflictError
         The version asked for exists with other content.
     WeaveusdError
         The disk refused.
     """
-    _check_name(name)
+    _check(root, name)
     number = version_number(version)
     home = root / name
     refuse_links(root, home)
@@ -138,7 +139,7 @@ def plan_asset(
     ValueError, InputError, VersionConflictError, WeaveusdError
         As `publish_asset` does.
     """
-    _check_name(name)
+    _check(root, name)
     number = version_number(version)
     home = root / name
     refuse_links(root, home)
@@ -182,8 +183,8 @@ def _settle(
     # What was a folder when the asset was begun may have been replaced by a link since.
     refuse_links(home.parent, home)
     os.rename(staged, folder)
-    _flush_folder(home)
-    _flush_folder(home.parent)
+    for above in (home, home.parent, home.absolute().parent.parent):  # the root may be new too
+        _flush_folder(above)
     return _asset("published", folder, name, files)
 
 
@@ -211,9 +212,13 @@ def _told_in_one_line(home: Path) -> Iterator[None]:
         raise WeaveusdError(f"{error.filename or home}: {error.strerror or error}") from error
 
 
-def _check_name(name: str) -> None:
+def _check(root: Path, name: str) -> None:
     if safe_name(name) != name:
         raise ValueError(f"{name!r} is no safe name, {safe_name(name)!r} is")
+    try:
+        str(root.absolute()).encode()
+    except UnicodeEncodeError:
+        raise InputError(f"{str(root)!r}: not UTF-8, expected a folder that USD can open") from None
 
 
 def _flush(folder: Path) -> None:
