@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Usd, UsdShade
+from pxr import Sdf, Usd, UsdShade
 
 from tests.export.cloths import cloth
 from tests.export.glsl import Job, render, view
@@ -206,6 +206,17 @@ def test_the_network_hands_every_input_to_the_shader_of_the_asset(published):
     assert {put.GetBaseName() for put in surface.GetInputs()} == set(GLSLFX_INPUTS)
     for put in surface.GetInputs():
         assert put.GetConnectedSources()[0], put.GetBaseName()
+
+
+def test_every_colorway_has_its_own_shader(tmp_path):
+    first = cloth()
+    looks = {"one": first, "two": cloth()}
+    write_asset(first, tmp_path, colorways=looks, also=["glslfx", "exact"])
+    layer = Sdf.Layer.FindOrOpen(str(tmp_path / "look.two.usda"))
+    path = "/plain/Material/GlslfxSurface.info:glslfx:sourceAsset"
+    assert layer.GetAttributeAtPath(path).default.path == "./cloth.two.glslfx"
+    assert (tmp_path / "cloth.two.glslfx").is_file()
+    assert (tmp_path / "exact.two.mtlx").is_file()
 
 
 def test_it_stands_only_where_it_is_asked_for(tmp_path):

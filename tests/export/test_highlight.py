@@ -129,7 +129,7 @@ def quadrants(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("quadrants")
     draft = folder / "quadrants.wif"
     draft.write_bytes(write_wif(quadrant_draft()))
-    done = publish(draft, root=folder, preset="cotton", resolution=256, exact=True, glslfx=True)
+    done = publish(draft, root=folder, preset="cotton", resolution=128, exact=True, glslfx=True)
     return done.asset.entry
 
 
@@ -164,3 +164,13 @@ def test_a_cloth_of_four_colors_is_the_right_way_up(quadrants, tmp_path, rendere
 def test_a_cloth_with_every_network_passes_its_checks(quadrants):
     report = validate(quadrants)
     assert report.passed, [f.message for f in report.findings if f.status > 1]
+
+
+@pytest.mark.slow
+def test_the_exact_document_shows_what_mitsuba_shows(quadrants, tmp_path):
+    """By its 8-bit textures, and each at its own points of a pixel."""
+    st = repeat_of(quadrants)
+    mitsuba = picture("mitsuba exact", quadrants, st, tmp_path)
+    glsl = picture("glsl exact", quadrants, st, tmp_path)
+    assert glsl.mean() == pytest.approx(mitsuba.mean(), rel=0.02)
+    assert np.abs(glsl - mitsuba).sum() < 0.2 * mitsuba.sum()
