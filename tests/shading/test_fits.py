@@ -65,6 +65,15 @@ def test_a_yarn_that_nothing_shows_gets_the_lobe_of_all():
     assert found.yarns[2].alpha_along == found.together.alpha_along
 
 
+def test_a_black_cloth_without_gloss_has_a_fit_too():
+    made, texels, _ = seen("linen", color=(0.0, 0.0, 0.0))
+    yarns = tuple(replace(y, optics=replace(y.optics, k_s=0.0)) for y in made.yarns)
+    black = replace(made, yarns=yarns)
+    found = fits.fit_standard(black, texels, measured(black, texels))
+    assert found.together.f0 == fits.F0_LIMITS[0]
+    assert np.isfinite(found.errors.openpbr)
+
+
 def test_many_yarns_of_equal_optics_cost_what_one_does():
     made, texels, gains = seen("linen")
     many = replace(made, yarns=made.yarns * 60)

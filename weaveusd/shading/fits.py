@@ -40,6 +40,9 @@ ALPHAS = tuple((b, t) for t in ACROSS for b in ALONG if b < t) + tuple((a, a) fo
 F0_LIMITS = 0.02, 0.25
 """Those of indices of refraction of 1.33 and 3, between which standard shaders mean the same."""
 
+BLACK = 1e-3
+"""Least mean reflectance that errors are relative to, in 1/sr."""
+
 PAIRS = 768
 SWEEPS = 2
 DIGITS = 4
@@ -92,15 +95,14 @@ class _Tile:
         self.parts, self.fitted = parts, fitted
         self.exact: Doubles = np.sum([part.exact for part in parts], 0)
         # Without weights nothing but the highlight's peak would count.
-        self.weight = fitted[:, None] / (self.exact + self.exact[fitted].mean())
+        mean = max(float(self.exact[fitted].mean()), BLACK)
+        self.weight = fitted[:, None] / (self.exact + mean)
         found = [albedos(round((along * across) ** 0.5, DIGITS)) for along, across in ALPHAS]
         self.albedo = np.array(found)  # (A, 2, 16): a and b in E = a F0 + b
 
     def error(self, solution: _Solution) -> float:
         """Return Σ |f̂ − f| / Σ f over the pairs that were not fitted."""
-        kept = ~self.fitted
-        off = np.abs(solution.value - self.exact)[kept].sum()
-        return round(float(off / self.exact[kept].sum()), 3)
+        return round(self._off(solution.value, ~self.fitted), 3)
 
     def shared(self, candidates: Sequence[int]) -> tuple[int, _Solution]:
         """Return the candidate that fits best where all parts have the same lobe."""
@@ -153,8 +155,11 @@ class _Tile:
 
     def _misfit(self, value: Doubles) -> float:
         """Return the error of the fitted pairs, to so many digits that machines agree on it."""
-        off = np.abs(value - self.exact)[self.fitted].sum()
-        return round(float(off / self.exact[self.fitted].sum()), 9)
+        return round(self._off(value, self.fitted), 9)
+
+    def _off(self, value: Doubles, where: Bools) -> float:
+        off = np.abs(value - self.exact)[where].mean()
+        return float(off / max(float(self.exact[where].mean()), BLACK))
 
 
 def _bounded(a: Doubles, b: Doubles, y: Doubles, weight: Doubles) -> tuple[float, float]:
