@@ -59,6 +59,16 @@ class Glb:
         return self.json["materials"][0]
 
 
+def assert_the_right_way_up(pixels: list[int]) -> None:
+    """The cloth is redder to the right and greener to the top; the first row is the lowest."""
+    drawn = np.array(pixels).reshape(64, 64, 4)[..., :3].astype(float)
+    there = drawn.max(-1) > 30
+    y, x = np.nonzero(there)
+    assert there.mean() > 0.8
+    assert np.corrcoef(x, drawn[there][:, 0])[0, 1] > 0.8
+    assert np.corrcoef(y, drawn[there][:, 1])[0, 1] > 0.8
+
+
 @pytest.fixture(scope="module")
 def asset(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("asset")
@@ -206,6 +216,7 @@ def test_khronos_finds_no_error_and_nothing_to_warn_of(glb, asset):
 
 def test_three_js_shows_it_with_every_texture(glb, asset):
     shown = run_node("page.mjs", browser(), "panel.mjs", asset.with_name("plain.glb"))["result"]
+    assert_the_right_way_up(shown["pixels"])
     assert shown["meshes"] == 1
     for name in ("map", "normalMap", "roughnessMap", "aoMap", "anisotropyMap"):
         assert shown["maps"][name]["width"] == 32, name

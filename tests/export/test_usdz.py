@@ -8,10 +8,12 @@ import struct
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pxr import Ar, Sdf, Usd, UsdGeom, UsdShade, UsdValidation
 
 from tests.export.cloths import REPEAT_MM, cloth
+from tests.web.tools import browser, run_node
 from weaveusd import stage as stages
 from weaveusd.contract import CHANNELS
 from weaveusd.errors import WeaveusdError
@@ -207,3 +209,13 @@ def test_no_entry_needs_more_padding_than_an_extra_field_holds(tmp_path):
     assert all(found.GetFileInfo(name).dataOffset % 64 == 0 for name, _ in files)
     with zipfile.ZipFile(tmp_path / "all.usdz") as archive:
         assert all(archive.read(path.name) == path.read_bytes() for _, path in files)
+
+
+def test_three_js_shows_it_the_right_way_up_with_its_textures(package):
+    shown = run_node("page.mjs", browser(), "panel.mjs", package)["result"]
+    assert shown["meshes"] == 1
+    assert shown["maps"]["map"]["width"] == shown["maps"]["normalMap"]["width"] == 32
+    drawn = np.array(shown["pixels"]).reshape(64, 64, 4)[..., :3].astype(float)
+    y, x = np.mgrid[:64, :64]
+    assert np.corrcoef(x.ravel(), drawn[..., 0].ravel())[0, 1] > 0.8
+    assert np.corrcoef(y.ravel(), drawn[..., 1].ravel())[0, 1] > 0.8

@@ -1,4 +1,5 @@
-// Loads a usdz or a binary glTF with three.js, says what it holds, and draws it from the front.
+// Loads a usdz or a binary glTF with three.js, says what it holds, and draws the repeat in its
+// lower left corner from the front, in light from everywhere.
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { USDLoader } from 'three/addons/loaders/USDLoader.js';
@@ -15,11 +16,11 @@ function describe(texture) {
 	};
 }
 
-function draw(scene, size) {
+function draw(scene, size, repeat) {
 	const renderer = new THREE.WebGLRenderer();
 	renderer.setSize(SIDE, SIDE, false);
-	const camera = new THREE.OrthographicCamera(-size.x / 2, size.x / 2, size.y / 2, -size.y / 2, 0.1, 10);
-	camera.position.z = 1;
+	const camera = new THREE.OrthographicCamera(0, 1 / repeat.x, 1 / repeat.y, 0, 0.1, 10);
+	camera.position.set(-size.x / 2, -size.y / 2, 1);
 	scene.add(new THREE.AmbientLight(0xffffff, Math.PI));
 	renderer.render(scene, camera);
 	const gl = renderer.getContext();
@@ -53,6 +54,6 @@ export async function run([url]) {
 			anisotropy: mesh.material.anisotropy,
 			ior: mesh.material.ior,
 		},
-		pixels: draw(scene, size),
+		pixels: mesh.material.map && draw(scene, size, mesh.material.map.repeat),
 	};
 }

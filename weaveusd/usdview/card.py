@@ -112,7 +112,7 @@ class _Values:
         value = self.value(name)
         if value is None:
             return ""
-        shown = f"{value:.6g}" if isinstance(value, float) else str(value)
+        shown = f"{value:.4g}" if isinstance(value, float) else str(value)
         shown = " ".join(shown.split())
         return f"{shown[:MAX_TEXT]} {unit}".rstrip()
 

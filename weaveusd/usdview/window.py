@@ -34,6 +34,7 @@ def _picture(drawing: Drawing) -> Any:
     """Return a scrolled label with the picture, or with the reason why there is none."""
     label = QtWidgets.QLabel()
     label.setTextFormat(QtCore.Qt.PlainText)
+    label.setAlignment(QtCore.Qt.AlignTop)
     label.setWordWrap(True)
     label.setText(drawing.reason)
     if drawing.pixels:
