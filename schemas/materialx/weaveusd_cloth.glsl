@@ -10,6 +10,9 @@
 
 #define WEAVEUSD_PI 3.14159265358979
 #define WEAVEUSD_SURFACE_SCALE 0.53033008589 // 3 / (4 sqrt(2))
+#ifndef WEAVEUSD_ATAN // of y over x, where a language spells it otherwise
+#define WEAVEUSD_ATAN(y, x) atan(y, x)
+#endif
 
 // Unpolarized reflectance of a dielectric from outside.
 float weaveusd_fresnel(float cosine, float eta)
@@ -47,7 +50,7 @@ vec2 weaveusd_lobes(vec3 wi, vec3 wo, vec3 n, vec3 t, float eta, float k_d, floa
     bool same = flat_o.x > 0.0;
 
     // Inclinations theta and azimuths phi only matter by sum and difference.
-    float theta_h = 0.5 * atan(sin_i * cos_o + sin_o * cos_i, cos_i * cos_o - sin_i * sin_o);
+    float theta_h = 0.5 * WEAVEUSD_ATAN(sin_i * cos_o + sin_o * cos_i, cos_i * cos_o - sin_i * sin_o);
     float cos_d = sqrt(clamp(0.5 + 0.5 * (cos_i * cos_o + sin_i * sin_o), 0.0, 1.0));
     float cos_phi = clamp(dot(flat_i, flat_o) / max(cos_i * cos_o, 1e-12), -1.0, 1.0);
     float cos_half = sqrt(0.5 + 0.5 * cos_phi);
@@ -88,12 +91,12 @@ vec2 weaveusd_directional_albedo(vec3 wi, vec3 t, float eta, float k_d, float k_
     int azimuths = 4;
     float sin_i = clamp(dot(wi, t), -1.0, 1.0);
     float cos_i = sqrt(1.0 - sin_i * sin_i);
-    float theta_i = atan(sin_i, cos_i);
+    float theta_i = WEAVEUSD_ATAN(sin_i, cos_i);
     vec2 gamma = vec2(gamma_s, gamma_v);
-    vec2 low = vec2(atan(0.5 * theta_i - 0.25 * WEAVEUSD_PI, gamma_s),
-                    atan(0.5 * theta_i - 0.25 * WEAVEUSD_PI, gamma_v));
-    vec2 high = vec2(atan(0.5 * theta_i + 0.25 * WEAVEUSD_PI, gamma_s),
-                     atan(0.5 * theta_i + 0.25 * WEAVEUSD_PI, gamma_v));
+    vec2 low = vec2(WEAVEUSD_ATAN(0.5 * theta_i - 0.25 * WEAVEUSD_PI, gamma_s),
+                    WEAVEUSD_ATAN(0.5 * theta_i - 0.25 * WEAVEUSD_PI, gamma_v));
+    vec2 high = vec2(WEAVEUSD_ATAN(0.5 * theta_i + 0.25 * WEAVEUSD_PI, gamma_s),
+                     WEAVEUSD_ATAN(0.5 * theta_i + 0.25 * WEAVEUSD_PI, gamma_v));
     vec2 step_u = (high - low) / float(inclinations);
     float enter = 1.0 - weaveusd_fresnel(cos_i, eta);
     float surface = 0.0;

@@ -6,6 +6,7 @@
 
 #include "libraries/pbrlib/genglsl/lib/mx_closure_type.glsl"
 #include "libraries/pbrlib/genglsl/lib/mx_microfacet_specular.glsl"
+#define WEAVEUSD_ATAN(y, x) mx_atan(y, x)
 #include "weaveusd_cloth.glsl"
 
 void mx_weaveusd_cloth(ClosureData closureData, float weight, vec3 base_color, float eta, float k_d,

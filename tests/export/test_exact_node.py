@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import MaterialX as mx  # noqa: N813
 import numpy as np
 import pytest
-from MaterialX import PyMaterialXGenGlsl, PyMaterialXGenOsl, PyMaterialXGenShader
+from MaterialX import (
+    PyMaterialXGenGlsl,
+    PyMaterialXGenMsl,
+    PyMaterialXGenOsl,
+    PyMaterialXGenShader,
+)
 
 from tests.export.glsl import Job, render, view
 from weaveusd.contract import SHADER_YARN_ARRAYS
@@ -163,6 +170,38 @@ def test_the_library_is_valid_and_its_fallback_of_standard_nodes():
         assert node.getCategory() != "weaveusd_cloth"
 
 
+def generated(generator: Any, folder: Path) -> str:
+    """Return the pixel stage of the document in `folder` that the generator writes."""
+    made, library = mx.createDocument(), library_document()
+    mx.readFromXmlFile(made, str(document(SUBJECTS["silk"], folder)))
+    made.importLibrary(library)
+    target = generator.create()
+    context = PyMaterialXGenShader.GenContext(target)
+    context.registerSourceCodeSearchPath(mx.getDefaultDataSearchPath())
+    context.registerSourceCodeSearchPath(mx.FileSearchPath(str(folder)))
+    target.registerTypeDefs(made)
+    return target.generate("material", made.getNode("material"), context).getSourceCode("pixel")
+
+
+@pytest.mark.parametrize(
+    ("generator", "options"),
+    [
+        (PyMaterialXGenGlsl.GlslShaderGenerator, []),
+        (PyMaterialXGenGlsl.EsslShaderGenerator, []),
+        (PyMaterialXGenGlsl.VkShaderGenerator, ["-V"]),
+    ],
+)
+def test_what_the_targets_of_glsl_generate_compiles(tmp_path, generator, options):
+    if shutil.which("glslangValidator") is None:
+        pytest.skip("glslangValidator is not here; install glslang-tools")
+    source = tmp_path / "cloth.frag"
+    source.write_text(generated(generator, tmp_path))
+    done = subprocess.run(
+        ["glslangValidator", *options, source], capture_output=True, text=True, cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stdout
+
+
 @pytest.mark.parametrize(
     ("generator", "exact"),
     [
@@ -170,20 +209,12 @@ def test_the_library_is_valid_and_its_fallback_of_standard_nodes():
         (PyMaterialXGenGlsl.EsslShaderGenerator, True),
         (PyMaterialXGenGlsl.VkShaderGenerator, True),
         (PyMaterialXGenGlsl.WgslShaderGenerator, True),
+        (PyMaterialXGenMsl.MslShaderGenerator, True),
         (PyMaterialXGenOsl.OslShaderGenerator, False),
     ],
 )
 def test_hardware_targets_get_the_exact_source_and_others_the_fallback(tmp_path, generator, exact):
-    made, library = mx.createDocument(), library_document()
-    mx.readFromXmlFile(made, str(document(SUBJECTS["silk"], tmp_path)))
-    made.importLibrary(library)
-    target = generator.create()
-    context = PyMaterialXGenShader.GenContext(target)
-    context.registerSourceCodeSearchPath(mx.getDefaultDataSearchPath())
-    context.registerSourceCodeSearchPath(mx.FileSearchPath(str(tmp_path)))
-    target.registerTypeDefs(made)
-    shader = target.generate("material", made.getNode("material"), context)
-    source = shader.getSourceCode("pixel")
+    source = generated(generator, tmp_path)
     assert ("weaveusd_lobes(" in source) == exact
     assert ("generalized_schlick_bsdf(" in source) != exact
 
