@@ -16,7 +16,15 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from weaveusd import cli_draft, cli_farm, cli_lobes, cli_presets, cli_publish, cli_verify
+from weaveusd import (
+    cli_draft,
+    cli_farm,
+    cli_lobes,
+    cli_presets,
+    cli_publish,
+    cli_validate,
+    cli_verify,
+)
 from weaveusd._version import __version__
 from weaveusd.cli_output import Json, print_json, progress_bar, say
 from weaveusd.errors import WeaveusdError
@@ -173,19 +181,7 @@ def render(
         say(f"  loss: {loss}")
 
 
-@app.command()
-def validate(stage: StageFile, as_json: Json = False) -> None:
-    """Judge a published asset from its files alone; exit 4 when it fails."""
-    from weaveusd import pipeline
-
-    with progress_bar(f"validating {stage.name}") as progress:
-        report = pipeline.validate(stage, progress=progress)
-    if as_json:
-        print_json(report.as_dict())
-    else:
-        say(pipeline.report_text(report))
-    if not report.passed:
-        raise typer.Exit(4)
+cli_validate.register(app)
 
 
 @app.command()

@@ -319,14 +319,47 @@ def render(
         return render(dressed, output, **settings)
 
 
-def validate(stage: PathLike, *, progress: Progress | None = None) -> Report:
-    """Return what every check finds in the asset whose entry layer is `stage`.
+def validate(
+    stage: PathLike,
+    *,
+    profile: str = "quick",
+    waivers: PathLike | None = None,
+    report: PathLike | None = None,
+    progress: Progress | None = None,
+) -> Report:
+    """Return what the checks of `profile` find in the asset whose entry layer is `stage`.
 
-    The stage is opened in a child process: one that crashes USD costs a finding.
+    The stage is opened in a child process: one that crashes USD costs a finding. `profile` is the
+    name of one or its TOML file, `waivers` a TOML file of findings to let pass, and into the
+    folder `report` go a page, JSON and JUnit XML.
+
+    Raises
+    ------
+    StageError
+        The stage cannot be opened.
+    InputError
+        Profile or waivers are broken, or the folder cannot be written.
     """
-    from weaveusd.validate.apart import validate_apart
+    import datetime
 
-    return validate_apart(stage, progress=progress)
+    from weaveusd.validate.apart import validate_apart
+    from weaveusd.validate.profiles import find_profile
+    from weaveusd.validate.waivers import apply_waivers, read_waivers
+
+    chosen = find_profile(profile)
+    waived = () if waivers is None else read_waivers(waivers)
+    today = datetime.datetime.now(datetime.timezone.utc).date()
+    if report is None:
+        found = validate_apart(stage, profile=chosen, progress=progress)
+        return apply_waivers(found, waived, today)
+    from weaveusd.validate.report.write import write_report
+
+    with tempfile.TemporaryDirectory(prefix="weaveusd-") as folder:
+        exhibits = Path(folder) / "exhibits.json"
+        found = validate_apart(stage, profile=chosen, progress=progress, exhibits=exhibits)
+        found = apply_waivers(found, waived, today)
+        write_report(found, exhibits, Path(report), made=today.isoformat())
+    return found
 
 
 def verify(asset: PathLike) -> Verification:

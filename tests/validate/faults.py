@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from tests.validate.assets import ACROSS, ALONG, TWILL, Channels, cloth, drawn, 
 from weaveusd.contract import GAP, MANIFEST_FILE
 from weaveusd.export.images import ImageWriter
 from weaveusd.export.manifest import list_files, write_manifest
+from weaveusd.validate.profiles import Profile, find_profile
 
 Spoil = Callable[[Path], object]
 
@@ -32,6 +33,16 @@ class Fault:
     change: Callable[[Channels], None] | None = None
     spoil: Spoil | None = None
     sealed: bool = True
+    profile: str = "quick"
+
+    @property
+    def fast(self) -> bool:
+        """Whether it is tried among the fast tests: one of those that render is."""
+        return self.profile == "quick" or self.name == "a_gain_of_another_weave"
+
+    def judged(self) -> Profile:
+        """Return the profile, with renders as small as they can be."""
+        return replace(find_profile(self.profile), size=32, spp=32, samples=20_000)
 
     def plant(self, folder: Path) -> Path:
         entry = publish(folder, cloth(change=self.change))
@@ -54,11 +65,12 @@ def in_channels(*codes: str) -> Callable[[Callable[[Channels], None]], None]:
     return register
 
 
-def in_files(*codes: str, sealed: bool = True) -> Callable[[Spoil], None]:
+def in_files(*codes: str, sealed: bool = True, profile: str = "quick") -> Callable[[Spoil], None]:
     """Register the decorated function as what spoils the published folder."""
 
     def register(spoil: Spoil) -> None:
-        FAULTS.append(Fault(spoil.__name__, frozenset(codes), spoil=spoil, sealed=sealed))
+        fault = Fault(spoil.__name__, frozenset(codes), None, spoil, sealed, profile)
+        FAULTS.append(fault)
 
     return register
 
@@ -529,6 +541,36 @@ def a_yarn_that_makes_light_of_its_own(folder: Path) -> None:
 @in_files("normalization-disagrees")
 def a_normalization_of_another_yarn(folder: Path) -> None:
     restate(folder, "normalization", 1.5)
+
+
+# --- Renders -------------------------------------------------------------------------------------
+
+
+@in_files("energy-gained", "normalization-disagrees", "furnace-above", "swatch-color",
+          "preview-far", profile="standard")  # fmt: skip
+def a_cloth_that_glows_in_a_furnace(folder: Path) -> None:
+    restate(folder, "normalization", 6.0)
+    restate(folder, "albedoGain", 5.0, "albedo_gain")
+
+
+@in_files("swatch-color", profile="standard")
+def a_gain_of_another_weave(folder: Path) -> None:
+    restate(folder, "albedoGain", 0.9, "albedo_gain")
+
+
+@in_files("render-refused", "normalization-disagrees", profile="standard")
+def a_lobe_narrower_than_is_rendered(folder: Path) -> None:
+    restate(folder, "gammaS", 5e-4, "gamma_s")
+
+
+@in_files("preview-far", profile="standard")
+def a_preview_that_shines(folder: Path) -> None:
+    look = folder / LOOK
+    shader = 'uniform token info:id = "UsdPreviewSurface"\n'
+    text = look.read_text()
+    assert shader in text
+    color = "            color3f inputs:emissiveColor = (3, 0, 0)\n"
+    look.write_text(text.replace(shader, shader + color))
 
 
 def restate(folder: Path, attribute: str, value: float, shader_input: str = "") -> None:

@@ -14,17 +14,13 @@ import sys
 import threading
 from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from weaveusd.errors import InputError, StageError
 from weaveusd.validate.model import Finding, Report, Status
-
-MEMORY_BYTES = 4 << 30
-"""Data that a child may hold; a set of textures of 16384² takes a third of it."""
-
-SECONDS = 600.0
-"""Time that a child gets, by the clock."""
+from weaveusd.validate.profiles import DEFAULT, Profile, find_profile
 
 CHECK = "process/alive"
 CRASHED, LATE = "process-crashed", "process-late"
@@ -45,26 +41,34 @@ def validate_apart(
     jobs: int | None = None,
     progress: Callable[[float], None] | None = None,
     checks: Collection[str] | None = None,
-    memory_bytes: int = MEMORY_BYTES,
-    seconds: float = SECONDS,
+    profile: str | Profile = DEFAULT,
+    memory_bytes: int | None = None,
+    seconds: float | None = None,
+    exhibits: Path | None = None,
 ) -> Report:
     """Return what `weaveusd.validate.run.validate` finds, run in a child process of its own.
 
-    The child may hold `memory_bytes` of data and take `seconds`. Where it ends without a report,
-    the report has one finding, of status ERROR and code `process-crashed` or `process-late`.
+    The child may hold `memory_bytes` of data and take `seconds`, by default as the profile says.
+    Where it ends without a report, the report has one finding, of status ERROR and code
+    `process-crashed` or `process-late`. Into the file `exhibits` it writes, as JSON, what
+    `weaveusd.validate.report` shows of the asset; it is not there when the child ends early.
 
     Raises
     ------
     StageError
         When the file cannot be opened as a USD stage.
     InputError
-        When `checks` names one that does not exist.
+        When `checks` names one that does not exist, or the profile is broken.
     """
+    chosen = profile if isinstance(profile, Profile) else find_profile(profile)
+    seconds = chosen.seconds if seconds is None else seconds
     request = {
         "stage": os.fspath(stage),
         "jobs": jobs,
         "checks": None if checks is None else list(checks),
-        "memory_bytes": memory_bytes,
+        "profile": asdict(chosen),
+        "memory_bytes": chosen.memory_mb << 20 if memory_bytes is None else memory_bytes,
+        "exhibits": None if exhibits is None else os.fspath(exhibits),
     }
     # OpenBLAS takes memory for each core; no check multiplies matrices.
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
@@ -86,8 +90,10 @@ def validate_apart(
     if "fault" in answer:
         raise _FAULTS[answer["fault"]](answer["message"])
     if "findings" in answer:
-        return Report(str(stage), tuple(_finding(fields) for fields in answer["findings"]))
-    return Report(str(stage), (_death(process.returncode, late.is_set(), seconds),))
+        findings = tuple(_finding(fields) for fields in answer["findings"])
+        return Report(str(stage), findings, chosen.name)
+    death = _death(process.returncode, late.is_set(), seconds)
+    return Report(str(stage), (death,), chosen.name)
 
 
 def _end(process: subprocess.Popen[bytes], late: threading.Event) -> None:

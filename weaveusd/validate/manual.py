@@ -14,6 +14,7 @@ _NEEDS = {
     "material": "a cloth material",
     "shader": "the exact shader",
     "textures": "all textures, of one size",
+    "renderer": "Mitsuba and libLLVM",
 }
 
 _HEAD = """\

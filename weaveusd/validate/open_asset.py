@@ -12,8 +12,10 @@ from typing import Any
 from pxr import Sdf, Usd, UsdShade
 
 from weaveusd import contract
-from weaveusd.errors import InputError
+from weaveusd.errors import InputError, RendererUnavailableError
 from weaveusd.stage import captured_diagnostics, open_stage
+from weaveusd.validate.exhibits import Exhibit
+from weaveusd.validate.profiles import DEFAULT, Profile
 from weaveusd.validate.registry import Need
 from weaveusd.validate.sweep import Look, Sweep, sweep
 from weaveusd.validate.textures import Header, TextureFolder
@@ -32,6 +34,7 @@ class OpenAsset:
 
     `jobs` is the number of threads that read textures, by default one for each core. `colorway`
     is the variant of the root that is judged, "" for the one that the asset chooses itself.
+    `profile` says how closely checks look. What checks show beside findings is in `shown`.
 
     Raises
     ------
@@ -40,12 +43,18 @@ class OpenAsset:
     """
 
     def __init__(
-        self, entry: str | os.PathLike[str], jobs: int | None = None, colorway: str = ""
+        self,
+        entry: str | os.PathLike[str],
+        jobs: int | None = None,
+        colorway: str = "",
+        profile: Profile | None = None,
     ) -> None:
         self.entry = Path(os.path.abspath(entry))
         self.folder = self.entry.parent
         self.stage: Usd.Stage = open_stage(self.entry)
         self.colorway = colorway
+        self.profile = profile or Profile(DEFAULT)
+        self.shown: dict[str, Exhibit] = {}
         with captured_diagnostics():
             # What counts is on disk, not what this process remembers of it.
             for layer in self.layers():
@@ -145,6 +154,8 @@ class OpenAsset:
         """Return why `need` is not there, or None when it is."""
         if need == "material":
             return None if self.material else "there is no cloth material"
+        if need == "renderer":
+            return _no_renderer()
         if need == "shader":
             return None if self.shader else "there is no exact shader"
         return self._texture_fault
@@ -207,6 +218,17 @@ class OpenAsset:
             return None
         kinds = {str(spec.typeName) for spec in attribute.GetPropertyStack()}
         return attribute.Get() if kinds == {kind} else None
+
+
+def _no_renderer() -> str | None:
+    """Return why nothing can be rendered here, or None when it can."""
+    from weaveusd.render.variant import prepare
+
+    try:
+        prepare()
+    except RendererUnavailableError as error:
+        return str(error)
+    return None
 
 
 def connected_prim(output: UsdShade.Output) -> Usd.Prim:

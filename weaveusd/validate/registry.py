@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from weaveusd.validate.open_asset import OpenAsset
     from weaveusd.validate.textures import Band
 
-Need = Literal["material", "shader", "textures"]
+Need = Literal["material", "shader", "textures", "renderer"]
 """What a check cannot do without: a cloth material, its exact shader, a complete set of
-textures of one size that decode. Without it the check is skipped."""
+textures of one size that decode, a renderer on this machine. Without it the check is skipped."""
 
 Rule = Callable[["OpenAsset"], Iterator[Finding]]
 

@@ -6,17 +6,16 @@ import os
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 
+from weaveusd.contract import MAX_COLORWAYS
 from weaveusd.errors import InputError
 from weaveusd.stage import captured_diagnostics
 from weaveusd.validate.model import Finding, Report, Status
 from weaveusd.validate.open_asset import OpenAsset
+from weaveusd.validate.profiles import DEFAULT, Profile, find_profile
 from weaveusd.validate.registry import Check, Survey, all_checks
 
 MAX_FINDINGS = 20
 """Findings of one check that a report lists; the rest are counted."""
-
-MAX_COLORWAYS = 64
-"""Colorways of one asset that are judged; no more are published together."""
 
 _READING = 0.8
 """Share of the time that goes into reading textures, for the progress bar."""
@@ -28,12 +27,13 @@ def validate(
     jobs: int | None = None,
     progress: Callable[[float], None] | None = None,
     checks: Collection[str] | None = None,
+    profile: str | Profile = DEFAULT,
 ) -> Report:
     """Return what the checks find in the asset whose entry layer is the file `stage`.
 
     `jobs` threads read the textures, by default one for each core. `progress` is told the share
     of the work done, 0…1. `checks` names the checks to run, by id or by the part of it before
-    the slash; None runs them all.
+    the slash; None runs those of the `profile`, which is one, or the name or file of one.
 
     Every colorway is judged. Of those beside the one that the asset chooses itself the report has
     what is wrong, and nothing twice.
@@ -43,23 +43,36 @@ def validate(
     StageError
         When the file cannot be opened as a USD stage.
     InputError
-        When `checks` names one that does not exist.
+        When `checks` names one that does not exist, or the profile is broken.
     """
-    chosen = _select(checks)
+    return examine(stage, jobs=jobs, progress=progress, checks=checks, profile=profile)[0]
+
+
+def examine(
+    stage: str | os.PathLike[str],
+    *,
+    jobs: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    checks: Collection[str] | None = None,
+    profile: str | Profile = DEFAULT,
+) -> tuple[Report, OpenAsset]:
+    """Return what `validate` returns, and the asset with what its checks have shown of it."""
+    chosen_profile = profile if isinstance(profile, Profile) else find_profile(profile)
+    chosen = _select(checks, chosen_profile)
     tell = progress or (lambda share: None)
-    asset = OpenAsset(stage, jobs)
+    asset = OpenAsset(stage, jobs, profile=chosen_profile)
     others = [name for name in asset.colorways[:MAX_COLORWAYS] if name != asset.chosen]
     looks = 1 + len(others)
     findings = _judge(chosen, asset, _part(tell, 0, looks))
     told = {(f.code, f.message, f.where) for f in findings}
     for index, colorway in enumerate(others, start=1):
-        other = OpenAsset(stage, jobs, colorway)
+        other = OpenAsset(stage, jobs, colorway, chosen_profile)
         for finding in _judge(chosen, other, _part(tell, index, looks)):
             about = (finding.code, finding.message, finding.where)
             if finding.status > Status.SKIP and about not in told:
                 message = f"in the colorway {colorway}: {finding.message}"
                 findings.append(replace(finding, message=message))
-    return Report(str(stage), tuple(findings))
+    return Report(str(stage), tuple(findings), chosen_profile.name), asset
 
 
 def _part(tell: Callable[[float], None], index: int, count: int) -> Callable[[float], None]:
@@ -149,10 +162,10 @@ def _judgement(
     return survey.findings()
 
 
-def _select(names: Collection[str] | None) -> tuple[Check, ...]:
+def _select(names: Collection[str] | None, profile: Profile) -> tuple[Check, ...]:
     known = all_checks()
     if names is None:
-        return known
+        return tuple(check for check in known if profile.runs(check.id))
     for name in names:
         if not any(name in (check.id, check.id.split("/")[0]) for check in known):
             raise InputError(f"no check is called {name!r}, expected one of docs/validation.md")

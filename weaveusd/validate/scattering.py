@@ -87,6 +87,25 @@ def scattered(yarn: YarnOptics, theta_i: float, phi_i: float = 0.0) -> tuple[flo
     return surface, volume
 
 
+def surface_above(yarn: YarnOptics, normal: Doubles, tangent: Doubles, viewer: Doubles) -> float:
+    """Return the share of the light of an even sky that the surface lobe sends to `viewer`.
+
+    ∫ f_R |n·ωo| dωo over the directions on the yarn's side that lie above the cloth, whose normal
+    is Z. `normal` and `tangent` (3,) are a texel's, `viewer` (3,) is a direction, all unit.
+    """
+    n = normal if normal @ viewer > 0 else -normal
+    b = np.cross(n, tangent)
+    theta_i = math.asin(max(-1.0, min(1.0, float(tangent @ viewer))))
+    phi_i = math.atan2(float(b @ viewer), float(n @ viewer))
+    phi, d_phi = _azimuths()
+    theta, d_theta = _inclinations(theta_i, yarn.gamma_s)
+    cos_o, sin_o = np.cos(theta)[:, None], np.sin(theta)[:, None]
+    up = cos_o * (np.cos(phi) * n[2] + np.sin(phi) * b[2]) + sin_o * tangent[2]
+    value, _ = lobes(yarn, theta_i, phi_i, theta[:, None], phi)
+    weights = cos_o**2 * np.cos(phi) * d_theta[:, None] * d_phi
+    return float(np.sum(np.where(up * viewer[2] > 0, value * weights, 0.0)))
+
+
 def fresnel(cosine: Any, eta: float) -> Any:
     """Return the unpolarized reflectance of a dielectric of index `eta` from outside."""
     cosine = np.clip(cosine, 0.0, 1.0)

@@ -6,6 +6,7 @@ import json
 import os
 import resource
 import sys
+from pathlib import Path
 from typing import Any, BinaryIO
 
 from weaveusd.errors import InputError
@@ -29,17 +30,23 @@ def _limit(memory_bytes: int) -> None:
 
 
 def _judge(request: dict[str, Any], answers: BinaryIO) -> dict[str, Any]:
-    from weaveusd.validate.run import validate
+    from weaveusd.validate.profiles import Profile
+    from weaveusd.validate.run import examine
 
     try:
-        report = validate(
+        report, asset = examine(
             request["stage"],
             jobs=request["jobs"],
             checks=request["checks"],
+            profile=Profile(**request["profile"]),
             progress=lambda share: _send(answers, {"share": share}),
         )
     except InputError as error:
         return {"fault": type(error).__name__, "message": str(error)}
+    if request["exhibits"] is not None:
+        from weaveusd.validate.report.gather import gather
+
+        Path(request["exhibits"]).write_text(json.dumps(gather(asset)), encoding="utf-8")
     return {"findings": [finding.as_dict() for finding in report.findings]}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -20,11 +21,12 @@ VALUE = Code(
     "mtlx-disagrees", Status.FAIL, "The MaterialX document and the stage state different values."
 )
 
-DIGITS = 6
-"""Significant digits to which numbers of both files are compared."""
+TOLERANCE = 1e-5
+"""Largest difference of numbers of both files, relative; both are written to seven digits."""
 
-Stated = dict[tuple[str, str], set[str]]
-"""What is stated for an input: values, as text, by node definition and input."""
+Value = tuple[float | str, ...]
+Stated = dict[tuple[str, str], set[Value]]
+"""What is stated for an input: values by node definition and input."""
 
 
 @check(
@@ -50,13 +52,26 @@ def materialx_values(asset: OpenAsset) -> Iterator[Finding]:
     document.setDataLibrary(materialx_library())
     in_document, in_stage = _of_document(document), _of_stage(asset.material)
     for key in sorted(in_document.keys() & in_stage.keys()):
-        here, there = in_document[key], in_stage[key]
-        if here != there:
+        here = _apart(in_document[key], in_stage[key])
+        there = _apart(in_stage[key], in_document[key])
+        if here or there:
             yield VALUE(
-                f"{key[1]} of {key[0]} is {_listed(here - there)}, in the stage "
-                f"{_listed(there - here)}",
-                name,
+                f"{key[1]} of {key[0]} is {_listed(here)}, in the stage {_listed(there)}", name
             )
+
+
+def _apart(values: set[Value], others: set[Value]) -> list[Value]:
+    """Return the `values` that are none of `others`."""
+    return [value for value in values if not any(_same(value, other) for other in others)]
+
+
+def _same(one: Value, other: Value) -> bool:
+    return len(one) == len(other) and all(
+        math.isclose(a, b, rel_tol=TOLERANCE, abs_tol=TOLERANCE)
+        if isinstance(a, float) and isinstance(b, float)
+        else a == b
+        for a, b in zip(one, other, strict=True)
+    )
 
 
 def _of_document(document: Any) -> Stated:
@@ -67,7 +82,7 @@ def _of_document(document: Any) -> Stated:
         for found in element.getInputs():
             if found.getValueString():
                 key = element.getNodeDef().getName(), found.getName()
-                stated.setdefault(key, set()).add(_text(found.getResolvedValueString()))
+                stated.setdefault(key, set()).add(_parsed(found.getResolvedValueString()))
     return stated
 
 
@@ -81,25 +96,27 @@ def _of_stage(material: Usd.Prim) -> Stated:
             value = input_value(prim, found.GetBaseName())
             if value is not None:
                 key = identifier, str(found.GetBaseName())
-                stated.setdefault(key, set()).add(_text(value))
+                stated.setdefault(key, set()).add(_parsed(value))
     return stated
 
 
-def _text(value: Any) -> str:
-    """Return a value of either file as text that compares equal where it means the same."""
+def _parsed(value: Any) -> Value:
+    """Return the components of a value of either file, numbers where they are some."""
     if isinstance(value, Sdf.AssetPath):
         value = value.path
     # Vectors of USD print as tuples.
-    parts = str(value).strip("()").split(",")
-    return ", ".join(_number(part.strip().removeprefix("./")) for part in parts)
+    return tuple(_component(part.strip()) for part in str(value).strip("()").split(","))
 
 
-def _number(text: str) -> str:
+def _component(text: str) -> float | str:
     try:
-        return f"{float(text):.{DIGITS}g}"
+        return float(text)
     except ValueError:
-        return text.lower() if text.lower() in ("true", "false") else text
+        return text.lower() if text.lower() in ("true", "false") else text.removeprefix("./")
 
 
-def _listed(values: set[str]) -> str:
-    return "; ".join(sorted(values)[:4]) or "not stated"
+def _listed(values: list[Value]) -> str:
+    texts = (
+        ", ".join(f"{c:.6g}" if isinstance(c, float) else c for c in value) for value in values
+    )
+    return "; ".join(sorted(texts)[:4]) or "not stated"

@@ -1,0 +1,1 @@
+"""The report as files: one page for people, JSON and JUnit XML for machines."""
