@@ -5,8 +5,8 @@ falling, means and variances of the places S along the float and X across the ya
 Each of the three is taken for a box in S, and both halves of the yarn for boxes in X. The boxes are
 cut into arcs along S and places across. Each is shaded as one frame but for what varies too much
 inside: of the lobes along the fibre the exact mean over the arc is taken, since a Cauchy profile
-has a closed antiderivative, and the cosine to the light may end inside. Across, only that part of a
-box counts which viewer and light both see (physics.md F).
+has a closed antiderivative; the narrow one is shaded where most of it is; the cosine to the light
+may end inside. Across, only that part of a box counts which viewer and light both see.
 
 Without variance all frames are one, and the value is that of `microcylinder.evaluate`.
 """
@@ -114,21 +114,25 @@ def _shaded(
     frames = [_frame(s, strand.x, strand.sin_psi, section) for s in (low, 0.5 * (low + high), high)]
     begin, middle, end = (0.5 * (_inclination(wi, t) + _inclination(wo, t)) for _, t in frames)
     center, reach = 0.5 * (0.5 * (begin + end) + middle), 0.5 * (end - begin)
-    normal, tangent = frames[1]
-    facing = side * np.where(dot(normal, wi) < 0, -1.0, 1.0)
-    ends = facing * dot(frames[0][0], wo), facing * dot(frames[2][0], wo)
-    fibre = in_fibre_frame(wi, wo, normal, tangent)._replace(n_dot_o=side)
+    begin, end = center - reach, center + reach
+    fibre = in_fibre_frame(wi, wo, *frames[1])._replace(n_dot_o=side)
+    cosines = [_cosine(wi, wo, side, n) for n, _ in frames]
+    cosine = 0.5 * (_mean_above(cosines[0], cosines[1]) + _mean_above(cosines[1], cosines[2]))
     surface, volume = np.zeros(len(wi)), np.zeros(len(wi))
     for params, n_v, share in kinds:
         narrow, wide = (
-            mean_profile(gamma, center - reach, center + reach, is_gaussian=params.gaussian)
+            mean_profile(gamma, begin, end, is_gaussian=False)
             for gamma in (params.gamma_s, params.gamma_v)
         )
-        f_r, f_v = scattered(fibre, params, narrow, wide)
-        surface += share * f_r
-        volume += share * n_v * f_v
-    cosine = _mean_above(*ends)
-    return surface * cosine, volume * cosine
+        _, f_v = scattered(fibre, params, narrow, wide)
+        volume += share * n_v * f_v * cosine
+        # The narrow lobe has its own frame: the one where most of it is.
+        s = low + (high - low) * _peak(params.gamma_s, begin, end)
+        normal, tangent = _frame(s, strand.x, strand.sin_psi, section)
+        at_peak = in_fibre_frame(wi, wo, normal, tangent)._replace(n_dot_o=side)
+        f_r, _ = scattered(at_peak, params, narrow, wide)
+        surface += share * f_r * np.maximum(_cosine(wi, wo, side, normal), 0)
+    return surface, volume
 
 
 def _strands(
@@ -168,7 +172,7 @@ def _bend(s: ArrayLike, x: ArrayLike, section: Section) -> tuple[Doubles, Double
     return sine, np.sqrt(1 - sine**2)
 
 
-def _frame(s: float, x: Doubles, sin_psi: float, section: Section) -> tuple[Doubles, Doubles]:
+def _frame(s: ArrayLike, x: Doubles, sin_psi: float, section: Section) -> tuple[Doubles, Doubles]:
     """Return normal and fibre (P, 3) at a place, in the yarn's frame (physics.md C)."""
     sin_u, cos_u = _bend(s, x, section)
     cos_v, slant = np.sqrt(np.maximum(1 - x**2, 0)), section.flatness * x
@@ -199,6 +203,24 @@ def _lit(
 
 def _inclination(w: Doubles, fibre: Doubles) -> Doubles:
     return np.asarray(np.arcsin(np.clip(dot(w, fibre), -1, 1)))
+
+
+def _cosine(wi: Doubles, wo: Doubles, side: Doubles, normal: Doubles) -> Doubles:
+    """Return |n·wo|, negative where yarn and cloth disagree on the side of the light."""
+    return np.asarray(side * np.where(dot(normal, wi) < 0, -1.0, 1.0) * dot(normal, wo))
+
+
+def _peak(gamma: float, begin: Doubles, end: Doubles) -> Doubles:
+    """Return the mean place, 0…1, of a Cauchy lobe along an arc from θ_h = `begin` to `end`.
+
+    ``∫ x C(γ; x) dx = γ/(2π) ln(x² + γ²)`` over ``∫ C(γ; x) dx = atan(x/γ) / π``.
+    """
+    width = end - begin
+    thin = np.abs(width) < 1e-3 * gamma
+    mass = np.where(thin, 1, np.arctan(end / gamma) - np.arctan(begin / gamma))
+    mean = 0.5 * gamma * np.log((end**2 + gamma**2) / (begin**2 + gamma**2)) / mass
+    place = (mean - begin) / np.where(thin, 1, width)
+    return np.where(thin, 0.5, np.clip(place, 0, 1))
 
 
 def _mean_above(begin: Doubles, end: Doubles) -> Doubles:
