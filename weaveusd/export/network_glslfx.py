@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from pxr import Sdf
 
-from weaveusd.contract import GLSLFX_CONTEXT, SHADER_UV_SCALE, SHADER_VARNAME
+from weaveusd.contract import GLSLFX_CONTEXT
 from weaveusd.export.files import CLOTH_ITSELF
-from weaveusd.export.layers import author, connect, define_prim, define_shader, interface_input
+from weaveusd.export.layers import author, connect, define_prim
+from weaveusd.export.uv_textures import RED, RGB, SIGNED, define_coordinates, define_texture
 
 if TYPE_CHECKING:
     from weaveusd.export.files import LookFiles
-
-_SIGNED: dict[str, tuple[str, object]] = {
-    "scale": ("float4", (2.0, 2.0, 2.0, 1.0)),
-    "bias": ("float4", (-1.0, -1.0, -1.0, 0.0)),
-}
 
 
 def define_glslfx_network(material: Sdf.PrimSpec, files: LookFiles = CLOTH_ITSELF) -> None:
@@ -31,43 +27,19 @@ def define_glslfx_network(material: Sdf.PrimSpec, files: LookFiles = CLOTH_ITSEL
     ValueError
         `material` lacks the public inputs of texture coordinates.
     """
-    scale = interface_input(material, SHADER_UV_SCALE)
-    varname = interface_input(material, SHADER_VARNAME)
-    st = define_shader(
-        material,
-        "GlslfxCoordinates",
-        "UsdPrimvarReader_float2",
-        {"varname": ("string", varname)},
-        ("result", "float2"),
-    )
-    repeats = define_shader(
-        material,
-        "GlslfxRepeats",
-        "UsdTransform2d",
-        {"in": ("float2", st), "scale": ("float2", scale)},
-        ("result", "float2"),
-    )
+    st, repeats = define_coordinates(material, "Glslfx")
 
-    def texture(
-        name: str, file: str, output: tuple[str, str], space: str = "raw", *, signed: bool = False
-    ) -> Sdf.Path:
-        inputs: dict[str, tuple[str, object]] = {
-            "file": ("asset", files.anchored(file)),
-            "sourceColorSpace": ("token", space),
-            "st": ("float2", repeats),
-            "wrapS": ("token", "repeat"),
-            "wrapT": ("token", "repeat"),
-            **(_SIGNED if signed else {}),
-        }
-        return define_shader(material, name, "UsdUVTexture", inputs, output)
+    def texture(name: str, file: str, output: tuple[str, str], **settings: Any) -> Sdf.Path:
+        return define_texture(
+            material, f"Glslfx{name}", files.anchored(file), repeats, output, **settings
+        )
 
-    rgb, red = ("rgb", "float3"), ("r", "float")
     inputs = {
-        "base_color": ("color3f", texture("GlslfxBaseColor", "base_color.png", rgb, "sRGB")),
-        "normal": ("float3", texture("GlslfxNormal", "normal.png", rgb, signed=True)),
-        "fibre": ("float3", texture("GlslfxFibre", "tangent.png", rgb, signed=True)),
-        "opacity": ("float", texture("GlslfxOpacity", "opacity.png", red)),
-        "yarn_id": ("float", texture("GlslfxYarnId", "yarn_id.png", red)),
+        "base_color": ("color3f", texture("BaseColor", "base_color.png", RGB, space="sRGB")),
+        "normal": ("float3", texture("Normal", "normal.png", RGB, scaling=SIGNED)),
+        "fibre": ("float3", texture("Fibre", "tangent.png", RGB, scaling=SIGNED)),
+        "opacity": ("float", texture("Opacity", "opacity.png", RED)),
+        "yarn_id": ("float", texture("YarnId", "yarn_id.png", RED)),
         "st": ("float2", st),
     }
     surface = define_prim(material, "GlslfxSurface", "Shader")

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from weaveusd.contract import SHADER_UV_SCALE, SHADER_VARNAME
 from weaveusd.export.attributes import tidy
 from weaveusd.export.files import CLOTH_ITSELF
-from weaveusd.export.layers import connect, define_shader, interface_input
+from weaveusd.export.layers import connect, define_shader
+from weaveusd.export.uv_textures import RED, RGB, SIGNED, define_coordinates, define_texture
 
 if TYPE_CHECKING:
     from pxr import Sdf
 
     from weaveusd.export.files import LookFiles
     from weaveusd.export.standard import StandardShading
-
-_RGB = ("rgb", "float3")
 
 
 def define_preview_network(
@@ -32,37 +30,18 @@ def define_preview_network(
     ValueError
         `material` lacks the public inputs of texture coordinates.
     """
-    scale = interface_input(material, SHADER_UV_SCALE)
-    varname = interface_input(material, SHADER_VARNAME)
-    st = define_shader(
-        material,
-        "PreviewCoordinates",
-        "UsdPrimvarReader_float2",
-        {"varname": ("string", varname)},
-        ("result", "float2"),
-    )
-    repeats = define_shader(
-        material,
-        "PreviewRepeats",
-        "UsdTransform2d",
-        {"in": ("float2", st), "scale": ("float2", scale)},
-        ("result", "float2"),
-    )
-    # As UsdPreviewSurface prescribes for unsigned files; 0 comes back as -1/65535.
-    decode: dict[str, tuple[str, object]] = {
-        "scale": ("float4", (2.0, 2.0, 2.0, 1.0)),
-        "bias": ("float4", (-1.0, -1.0, -1.0, 0.0)),
-    }
+    _, repeats = define_coordinates(material, "Preview")
     # This shader has no weight for its base: the texture's reader scales the color.
     weight: dict[str, tuple[str, object]] = {"scale": ("float4", (*[tidy(shading.base)] * 3, 1.0))}
     path = files.anchored
-    color = _texture(
-        material, "PreviewBaseColor", path("base_color.png"), "sRGB", repeats, _RGB, weight
+    color = define_texture(
+        material, "PreviewBaseColor", path("base_color.png"), repeats, RGB,
+        space="sRGB", scaling=weight,
+    )  # fmt: skip
+    normal = define_texture(
+        material, "PreviewNormal", path("normal.png"), repeats, RGB, scaling=SIGNED
     )
-    normal = _texture(material, "PreviewNormal", path("normal.png"), "raw", repeats, _RGB, decode)
-    opacity = _texture(
-        material, "PreviewOpacity", path("opacity.png"), "raw", repeats, ("r", "float"), {}
-    )
+    opacity = define_texture(material, "PreviewOpacity", path("opacity.png"), repeats, RED)
     surface = define_shader(
         material,
         "PreviewSurface",
@@ -80,28 +59,3 @@ def define_preview_network(
         ("surface", "token"),
     )
     connect(material, "outputs:surface", "token", surface)
-
-
-def _texture(
-    material: Sdf.PrimSpec,
-    name: str,
-    file: str,
-    space: str,
-    st: Sdf.Path,
-    output: tuple[str, str],
-    scaling: dict[str, tuple[str, object]],
-) -> Sdf.Path:
-    return define_shader(
-        material,
-        name,
-        "UsdUVTexture",
-        {
-            "file": ("asset", file),
-            "sourceColorSpace": ("token", space),
-            "st": ("float2", st),
-            "wrapS": ("token", "repeat"),
-            "wrapT": ("token", "repeat"),
-            **scaling,
-        },
-        output,
-    )
