@@ -34,7 +34,8 @@ import drjit as dr  # noqa: E402
 import mitsuba as mi  # noqa: E402
 
 from weaveusd.render import lobes, sampling  # noqa: E402
-from weaveusd.render.bsdf import Cloth, cloth_bsdf_dict  # noqa: E402
+from weaveusd.render.bsdf import cloth_bsdf_dict
+from weaveusd.render.exact import Cloth  # noqa: E402
 
 CELLS = 352
 """Of the drape along a side: 2 · 352² = 247 808 triangles, as in the thesis."""

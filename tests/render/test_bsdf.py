@@ -144,7 +144,7 @@ def test_a_half_covered_texel_splits_its_samples(mi: Any) -> None:
 
 
 def test_disabled_components_are_neither_valued_nor_sampled(mi: Any) -> None:
-    from weaveusd.render.bsdf import NULL, REFLECTION, TRANSMISSION
+    from weaveusd.render.exact import NULL, REFLECTION, TRANSMISSION
 
     arrays = plain_arrays()
     arrays["opacity"][...] = 0.5
@@ -172,7 +172,7 @@ def test_the_components_add_up_to_the_whole(mi: Any) -> None:
 
 
 def test_where_one_side_is_asked_for_all_samples_go_there(mi: Any) -> None:
-    from weaveusd.render.bsdf import REFLECTION, TRANSMISSION
+    from weaveusd.render.exact import REFLECTION, TRANSMISSION
 
     arrays, count = plain_arrays(), 4096
     arrays["opacity"][...] = 0.7

@@ -65,7 +65,7 @@ def from_memory(mi: Any, stage: Any, arrays: Any, inputs: Any, uv_scale: Any) ->
     from weaveusd.render.bsdf import cloth_bsdf_dict
 
     kept = cloth.translate
-    cloth.translate = lambda *_: (cloth_bsdf_dict(arrays, inputs, uv_scale), "st")
+    cloth.translate = lambda *_, **__: (cloth_bsdf_dict(arrays, inputs, uv_scale), "st")
     try:
         return picture(stage, 16, 128)[0]
     finally:

@@ -8,7 +8,6 @@ Gaps between yarns let light pass straight, as Mitsuba's `mask` does.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -17,15 +16,19 @@ import mitsuba as mi
 import numpy as np
 
 from weaveusd import contract
-from weaveusd.render import lobes, sampling
+from weaveusd.render.distance_cloth import (
+    EVERYTHING_NEAR,
+    DistantCloth,
+    View,
+    distant_properties,
+)
+from weaveusd.render.distance_levels import Levels
+from weaveusd.render.exact import Cloth
 from weaveusd.render.optics import YARN_INPUTS, yarn_table
-from weaveusd.render.packing import COLOR, COMPONENTS, FRAME, OPACITY, YARN, pack
+from weaveusd.render.packing import pack
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-REFLECTION, TRANSMISSION, NULL = 0, 1, 2
-"""Indices of the components."""
 
 
 def cloth_bsdf_dict(
@@ -70,8 +73,16 @@ def packed_bsdf_dict(
     uv_scale: tuple[float, float],
     *,
     gaussian: bool = False,
+    levels: Levels | None = None,
+    view: View = EVERYTHING_NEAR,
 ) -> dict[str, Any]:
-    """Return the dictionary for what `pack` and `yarn_table` return."""
+    """Return the dictionary for what `pack` and `yarn_table` return.
+
+    With `levels` the cloth is shaded by them where `view` sees it from afar; `with_view` gives a
+    cloth another view. The lobes of levels are Cauchy, and a scalar variant has none.
+    """
+    if levels is not None and gaussian:
+        raise ValueError("levels: need Cauchy lobes")
     if not all(np.isfinite(s) and s > 0 for s in uv_scale):
         raise ValueError(f"uv_scale: is {tuple(uv_scale)}, expected two positive numbers")
     register()
@@ -82,157 +93,13 @@ def packed_bsdf_dict(
         "repeats_u": float(uv_scale[0]),
         "repeats_v": float(uv_scale[1]),
         "gaussian": gaussian,
+        **({} if levels is None else distant_properties(levels, view)),
     }
 
 
 def register() -> None:
     """Make the plugin known to the active variant."""
     _register(mi.variant())
-
-
-class Cloth:
-    """Lookup and lobes in Mitsuba's terms; the plugin class hands its calls to this one."""
-
-    def __init__(
-        self, packed: Any, optics: Any, repeats: tuple[float, float], gaussian: bool
-    ) -> None:
-        if len(packed.shape) != 3 or packed.shape[2] != COMPONENTS:
-            raise ValueError(f"packed: has shape {packed.shape}, expected (H, W, {COMPONENTS})")
-        if len(optics.shape) != 2 or optics.shape[0] != len(YARN_INPUTS):
-            raise ValueError(f"optics: has shape {optics.shape}, expected ({len(YARN_INPUTS)}, n)")
-        kind = mi.Texture2f16 if isinstance(packed, mi.TensorXf16) else mi.Texture2f
-        self.texture = kind(
-            packed,
-            use_accel=False,
-            filter_mode=dr.FilterMode.Nearest,
-            wrap_mode=dr.WrapMode.Repeat,
-        )
-        # The yarn's index is bounded where it is used: an optimizer may have moved the texels.
-        self.optics = {name: optics[i].array for i, name in enumerate(YARN_INPUTS)}
-        self.repeats = mi.ScalarVector2f(*repeats)
-        self.gaussian = gaussian
-        # Opaque values keep kernels alike, so that other cloths reuse them.
-        dr.make_opaque(self.optics)
-
-    def texel(self, si: Any, active: Any) -> list[Any]:
-        """Return the packed values at the interaction."""
-        uv = mi.Point2f(si.uv.x * self.repeats.x, si.uv.y * self.repeats.y)
-        return [mi.Float(number) for number in self.texture.eval(uv, active)]
-
-    def yarn(
-        self, si: Any, texel: Sequence[Any], active: Any
-    ) -> tuple[lobes.LobeParameters, Any, Any]:
-        """Return the optics, and normal and tangent in the shading frame."""
-        # The frame's t is n × s: where the texture is mirrored, it runs against growing v.
-        mirrored = dr.dot(si.sh_frame.t, si.dp_dv) < 0
-        flip = mi.Vector3f(1, dr.select(mirrored, -1.0, 1.0), 1)
-        normal, tangent = _frame(texel[FRAME : FRAME + 3])
-        last = mi.UInt32(len(self.optics["eta"]) - 1)
-        index = dr.minimum(mi.UInt32(dr.maximum(texel[YARN], 0) + 0.5), last)
-        color = mi.Color3f(*texel[COLOR : COLOR + 3])
-        optics = {name: _gather(self.optics[name], index, active) for name in YARN_INPUTS}
-        yarn = lobes.LobeParameters(color, **optics, gaussian=self.gaussian)
-        return yarn, flip * normal, flip * tangent
-
-    def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any) -> tuple[Any, Any]:
-        """Return value times cosine, and density; both 0 where the side rule forbids `wo`."""
-        texel = self.texel(si, active)
-        yarn, normal, tangent = self.yarn(si, texel, active)
-        fibre = lobes.fibre(si.wi, normal, tangent)
-        direction = fibre.direction(wo)
-        allowed = active & _allowed(ctx, si.wi, wo, direction)
-        opacity = texel[OPACITY]
-        value = lobes.value(yarn, fibre, direction) * opacity
-        pdf = sampling.density(_asked(ctx, yarn), fibre, direction) * _lobes_share(ctx, opacity)
-        return dr.select(allowed, value, 0), dr.select(allowed, pdf, 0)
-
-    def sample(self, ctx: Any, si: Any, choice: Any, point: Any, active: Any) -> tuple[Any, Any]:
-        """Return a sample and its weight: of the null component in gaps, else of the lobes."""
-        texel = self.texel(si, active)
-        yarn, normal, tangent = self.yarn(si, texel, active)
-        opacity = texel[OPACITY]
-        share = _lobes_share(ctx, opacity)
-        passes = choice >= share
-        choice = dr.clip(choice / dr.maximum(share, lobes.TINY), 0, 0.99999994)
-
-        fibre = lobes.fibre(si.wi, normal, tangent)
-        asked = _asked(ctx, yarn)
-        direction = sampling.sample(asked, fibre, choice, point)
-        value = lobes.value(yarn, fibre, direction)
-        pdf = sampling.density(asked, fibre, direction)
-        wo = fibre.vector(direction)
-        allowed = active & _allowed(ctx, si.wi, wo, direction) & (pdf > 0)
-        reflected = wo.z * si.wi.z > 0
-
-        bs = mi.BSDFSample3f()
-        bs.wo = dr.select(passes, -si.wi, wo)
-        bs.pdf = dr.select(passes, 1 - share, dr.select(allowed, pdf * share, 0))
-        bs.eta = 1.0
-        lobe = dr.select(
-            reflected,
-            mi.UInt32(int(mi.BSDFFlags.GlossyReflection)),
-            mi.UInt32(int(mi.BSDFFlags.GlossyTransmission)),
-        )
-        bs.sampled_type = dr.select(passes, mi.UInt32(int(mi.BSDFFlags.Null)), lobe)
-        component = dr.select(reflected, mi.UInt32(REFLECTION), mi.UInt32(TRANSMISSION))
-        bs.sampled_component = dr.select(passes, mi.UInt32(NULL), component)
-
-        # Where every event was enabled, share and opacity are one and cancel.
-        weight = value * (opacity / dr.maximum(pdf * share, 1e-20))
-        through = dr.select(share < 1, (1 - opacity) / dr.maximum(1 - share, lobes.TINY), 0)
-        weight = dr.select(passes, 0, dr.select(allowed, weight, 0))
-        weight = dr.select(passes & active, mi.Color3f(through), weight)
-        return bs, weight
-
-
-def _frame(vector: Sequence[Any]) -> tuple[Any, Any]:
-    """Return the normal and the tangent of a packed frame."""
-    x, y, z = vector
-    w = dr.safe_sqrt(1 - dr.square(x) - dr.square(y) - dr.square(z))
-    normal = mi.Vector3f(
-        2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (dr.square(x) + dr.square(y))
-    )
-    tangent = mi.Vector3f(
-        2 * (x * y - w * z), 1 - 2 * (dr.square(x) + dr.square(z)), 2 * (y * z + w * x)
-    )
-    return normal, tangent
-
-
-def _allowed(ctx: Any, wi: Any, wo: Any, direction: lobes.Direction) -> Any:
-    """Return where `wo` lies on an enabled side on which yarn and surface agree."""
-    reflected = wo.z * wi.z > 0
-    enabled = dr.select(reflected, mi.Bool(_reflects(ctx)), mi.Bool(_transmits(ctx)))
-    return enabled & (reflected == (direction.cos_phi > 0)) & (wo.z * wi.z != 0)
-
-
-def _asked(ctx: Any, yarn: lobes.LobeParameters) -> lobes.LobeParameters:
-    """Return the yarn to sample: where one side is asked for, the other gets no samples."""
-    if _reflects(ctx) == _transmits(ctx):
-        return yarn
-    if _reflects(ctx):
-        return replace(yarn, tau=mi.Float(0))
-    return replace(yarn, tau=mi.Float(1), k_s=mi.Float(0))
-
-
-def _lobes_share(ctx: Any, opacity: Any) -> Any:
-    """Return the probability of a sample of the lobes, the rest being one of the gaps."""
-    if not ctx.is_enabled(mi.BSDFFlags.Null, NULL):
-        return mi.Float(1)
-    return opacity if _reflects(ctx) or _transmits(ctx) else mi.Float(0)
-
-
-def _reflects(ctx: Any) -> bool:
-    return bool(ctx.is_enabled(mi.BSDFFlags.GlossyReflection, REFLECTION))
-
-
-def _transmits(ctx: Any) -> bool:
-    return bool(ctx.is_enabled(mi.BSDFFlags.GlossyTransmission, TRANSMISSION))
-
-
-def _gather(values: Any, index: Any, active: Any) -> Any:
-    if dr.is_jit_v(values):
-        return dr.gather(mi.Float, values, index, active)
-    return values[int(index)]  # Dr.Jit gathers no scalars
 
 
 @cache
@@ -249,7 +116,8 @@ def _plugin_class(variant: str) -> type:
         def __init__(self, props: Any) -> None:
             mi.BSDF.__init__(self, props)
             repeats = (props["repeats_u"], props["repeats_v"])
-            self.cloth = Cloth(props["packed"], props["optics"], repeats, props["gaussian"])
+            texels = (props["packed"], props["optics"], repeats, props["gaussian"])
+            self.cloth = DistantCloth(props, *texels) if "cells" in props else Cloth(*texels)
             sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
             varying = sides | mi.BSDFFlags.SpatiallyVarying | mi.BSDFFlags.Anisotropic
             reflection = mi.BSDFFlags.GlossyReflection | varying
@@ -273,12 +141,10 @@ def _plugin_class(variant: str) -> type:
             return self.cloth.eval_pdf(ctx, si, wo, active)
 
         def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
-            opacity = self.cloth.texel(si, active)[OPACITY]
-            return mi.Color3f(dr.select(active, 1 - opacity, 0))
+            return mi.Color3f(dr.select(active, 1 - self.cloth.opacity(si, active), 0))
 
         def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
-            texel = self.cloth.texel(si, active)
-            return mi.Color3f(*texel[COLOR : COLOR + 3]) * texel[OPACITY]
+            return self.cloth.color(si, active)
 
         def traverse(self, callback: Any) -> None:
             smooth = mi.ParamFlags.Differentiable

@@ -12,6 +12,7 @@ from weaveusd.color_space import texels_to_rec709
 from weaveusd.errors import StageError
 from weaveusd.render import textures
 from weaveusd.render.bsdf import packed_bsdf_dict
+from weaveusd.render.distance_threads import distant_levels
 from weaveusd.render.gain import albedos
 from weaveusd.render.model import Losses
 from weaveusd.render.optics import yarn_table
@@ -34,9 +35,12 @@ _ROWS = 256
 
 
 def translate(
-    shader: UsdShade.Shader, time: Usd.TimeCode, losses: Losses
+    shader: UsdShade.Shader, time: Usd.TimeCode, losses: Losses, *, levels: bool = False
 ) -> tuple[dict[str, Any], str]:
     """Return the BSDF's dictionary and the name of the primvar with the texture coordinates.
+
+    With `levels` the BSDF has those of `distance_levels`, unseen from afar until
+    `distance_cloth.with_view` gives it a view; a cloth that has none stays as it is.
 
     Raises
     ------
@@ -60,7 +64,8 @@ def translate(
                 arrays["base_color"], arrays["yarn_id"], gains, optics.shape[1]
             )
         packed, mended = pack(arrays, optics.shape[1], np.float16)  # files hold no more
-        bsdf = packed_bsdf_dict(packed, optics, (float(scale[0]), float(scale[1])))
+        made = distant_levels(shader.GetPrim().GetParent(), arrays, optics) if levels else None
+        bsdf = packed_bsdf_dict(packed, optics, (float(scale[0]), float(scale[1])), levels=made)
     except ValueError as error:
         raise StageError(f"{path}: {error}") from None
     if mended:

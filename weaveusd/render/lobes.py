@@ -16,6 +16,7 @@ Everything is written for the active variant, single precision or scalar.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -92,12 +93,21 @@ def fibre(wi: Vector, n: Vector, t: Vector) -> Fibre:
     return Fibre(n, t, b, _direction(n, t, b, wi))
 
 
-def value(yarn: LobeParameters, fibre: Fibre, wo: Direction) -> Color:
-    """Return f |n·ωo|, the value that Mitsuba calls a BSDF times its cosine."""
+def value(
+    yarn: LobeParameters,
+    fibre: Fibre,
+    wo: Direction,
+    spread: Callable[[Float], Float] | None = None,
+) -> Color:
+    """Return f |n·ωo|, the value that Mitsuba calls a BSDF times its cosine.
+
+    `spread` gives for a width γ what stands for C(γ; θ_h), by default the profile itself.
+    """
     wi = fibre.wi
     same = wo.cos_phi > 0
     half_sum = 0.5 * (wi.theta + wo.theta)
     flattest = 1 / dr.square(dr.maximum(wi.cos_theta, wo.cos_theta))
+    along = spread or (lambda gamma: profile(gamma, half_sum, yarn.gaussian))
 
     # Half angles by the length of a sum or by their cosine's root: cheaper than the angles.
     cos_half = 0.5 * dr.sqrt(
@@ -108,10 +118,10 @@ def value(yarn: LobeParameters, fibre: Fibre, wo: Direction) -> Color:
 
     reflected = fresnel(dr.minimum(cos_difference * cos_half, 1), yarn.eta)
     surface = yarn.k_s * reflected * cos_half * (0.5 / MEAN_COSINE) * flattest
-    surface *= profile(yarn.gamma_s, half_sum, yarn.gaussian)
+    surface *= along(yarn.gamma_s)
 
     through = entering(fibre, yarn) * (1 - fresnel(wo.cos_theta, yarn.eta))
-    forward = (1 - yarn.k_d) * profile(yarn.gamma_v, half_sum, yarn.gaussian) * flattest
+    forward = (1 - yarn.k_d) * along(yarn.gamma_v) * flattest
     isotropic = yarn.k_d / (wi.cos_theta + wo.cos_theta)
     side = dr.select(same, 1 - yarn.tau, yarn.tau)
     volume = 0.25 * side * through * (forward + isotropic)

@@ -63,6 +63,7 @@ class Looks:
     context: str
     time: Usd.TimeCode
     losses: Losses
+    levels: bool = False  # whether cloths get levels for the distance
     _known: dict[str, Look | None] = field(default_factory=dict)
     _made: dict[tuple[object, ...], Look] = field(default_factory=dict)
     _fields: Fields = field(default_factory=Fields)
@@ -142,7 +143,7 @@ class Looks:
 
     def _cloth(self, shader: UsdShade.Shader) -> Look:
         def make() -> Look:
-            bsdf, uv = cloth.translate(shader, self.time, self.losses)
+            bsdf, uv = cloth.translate(shader, self.time, self.losses, levels=self.levels)
             return Look(bsdf, uv, opaque=False, pierced=True)
 
         sources = (source_of(given) for given in shader.GetInputs())

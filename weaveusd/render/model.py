@@ -14,6 +14,14 @@ if TYPE_CHECKING:
 
 LossKind = Literal["approximated", "dropped"]
 
+AUTO: Literal["auto"] = "auto"
+FULL: Literal["full"] = "full"
+Lod = Literal["auto", "full"] | int
+"""Detail of exact cloths: by what a pixel sees, all of it, or one level of it, 0 the finest."""
+
+MAX_LEVELS = 24
+"""More levels than any texture has."""
+
 
 _ENOUGH_EXAMPLES = 8
 """Prims that are named for one and the same loss; more of them are counted under the first."""

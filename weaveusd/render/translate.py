@@ -17,10 +17,11 @@ from weaveusd import contract
 from weaveusd.errors import StageError
 from weaveusd.render import cameras, lights, materials
 from weaveusd.render.assembly import assemble
+from weaveusd.render.distance_cloth import EVERYTHING_NEAR, seen_by, with_view
 from weaveusd.render.gather import Found, Walk
 from weaveusd.render.geometry import Bounds, Placed
 from weaveusd.render.look import Look
-from weaveusd.render.model import Loss, Losses
+from weaveusd.render.model import AUTO, FULL, Lod, Loss, Losses
 from weaveusd.render.motion import moves
 from weaveusd.render.pieces import Pieces
 from weaveusd.render.xforms import Placing, picture_scale
@@ -51,6 +52,7 @@ def translate(
     context: str = contract.MITSUBA_CONTEXT,
     frame: float | None = None,
     purposes: tuple[str, ...] = DEFAULT_PURPOSES,
+    lod: Lod = FULL,
 ) -> Translation:
     """Return the scene of `stage` at one time, for a picture of the given pixels.
 
@@ -70,6 +72,8 @@ def translate(
         Time code of the picture; by default the earliest one.
     purposes
         What is drawn beside the purpose `default`: any of `render`, `proxy` and `guide`.
+    lod
+        Detail of exact cloths, as in `weaveusd.render.run.render`.
 
     Raises
     ------
@@ -83,7 +87,7 @@ def translate(
     # Numbers that overflow are found where they are used, and told as losses.
     quiet = np.errstate(over="ignore", invalid="ignore", divide="ignore")
     with captured_diagnostics() as messages, quiet:
-        made = _Scene(stage, context, time, purposes).translation((width, height), camera)
+        made = _Scene(stage, context, time, purposes, lod).translation((width, height), camera)
     told = Losses()
     for message in messages:
         told.approximated("/", f"USD says: {message[:200]}")
@@ -94,11 +98,17 @@ class _Scene:
     """Puts together what a scene holds."""
 
     def __init__(
-        self, stage: Usd.Stage, context: str, time: Usd.TimeCode, purposes: tuple[str, ...]
+        self,
+        stage: Usd.Stage,
+        context: str,
+        time: Usd.TimeCode,
+        purposes: tuple[str, ...],
+        lod: Lod,
     ) -> None:
-        self.stage, self.time = stage, time
+        self.stage, self.time, self.lod = stage, time, lod
+        self.view = EVERYTHING_NEAR
         self.losses = Losses()
-        looks = materials.Looks(context, time, self.losses)
+        looks = materials.Looks(context, time, self.losses, levels=lod != FULL)
         self.lights = lights.Lights(stage, self.losses)
         pieces = Pieces(time, looks, self.lights, self.losses)
         self.walk = Walk(stage, purposes, pieces, self.losses)
@@ -116,8 +126,11 @@ class _Scene:
         found = self.walk.everything()
         bounds = _bounds(found)
         placing = Placing(picture_scale(bounds), self.time)
-        entries = self._entries(found, placing.scale)
         sensor, exposure = self._sensor(eye, size, bounds, placing)
+        if self.lod != FULL:
+            level = None if self.lod == AUTO else int(self.lod)
+            self.view = seen_by(mi.load_dict(sensor, parallel=False), level)
+        entries = self._entries(found, placing.scale)
         description: dict[str, Any] = {
             "type": "scene",
             "integrator": {"type": self._integrator(), "max_depth": MAX_DEPTH},
@@ -166,7 +179,7 @@ class _Scene:
         self.pierced |= look.pierced
         key = (id(look), both_sides)
         if key not in self.bsdfs:
-            bsdf = look.bsdf
+            bsdf = with_view(look.bsdf, self.view)
             if look.opaque and both_sides:
                 bsdf = {"type": "twosided", "bsdf": bsdf}
             # The look is kept beside its BSDF: its id must not pass to another one.

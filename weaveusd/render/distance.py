@@ -1,0 +1,293 @@
+"""The cloth from afar: light from all that warp and weft do within a pixel's footprint.
+
+A hit of a footprint larger than the cells of `distance_levels` is shaded by strands of its cell:
+two each of warp and weft, drawn evenly from flat, rising and falling classes. Along the arc through
+which the spine of a strand turns, θ_h runs from h₀ to h₁, nearly evenly, so that the mean of the
+Cauchy lobe over it is known exactly: with A = (h₁ − h₀)/2 and h = (h₀ + h₁)/2,
+
+    mean C = [atan((h + A)/γ) − atan((h − A)/γ)] / (2 π A)
+
+What is left to chance is drawn anew at every hit: the level, of the two next to the footprint; the
+class, the arc and the place in it, the place on the yarn's section and the twist. So the mean of
+many samples is that of the whole cell, and near and far pass into each other without a seam.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+
+from weaveusd.render import distance_levels as dl
+from weaveusd.render import lobes, sampling
+
+DRAWN = 2
+"""Strands of each system that are drawn for a hit."""
+
+ARCS = 4
+"""Arcs into which a class is cut; a strand lies in one of them."""
+
+STEEPEST = 0.9998
+"""The largest sin u: beyond it a yarn is seen by nobody."""
+
+SHORTEST = 1e-4
+"""The least half length of an arc in radians, below which it is a point."""
+
+_MIXED = 16777216.0
+
+
+Frames = list[tuple[Any, Any]]
+"""Normal and tangent at the beginning, a place within and the end of an arc."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """The texel of a hit, and where it is what is seen, rather than a cell."""
+
+    here: Any
+    opacity: Any
+    yarn: lobes.LobeParameters
+    normal: Any
+    tangent: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Strand:
+    """The yarns of one class in a cell: their share, one frame, and the arc of its fibre."""
+
+    share: Any
+    yarn: lobes.LobeParameters
+    guess: lobes.LobeParameters  # the yarn with lobes as wide as its arc, to draw from
+    fibre: lobes.Fibre
+    ends: tuple[Any, Any]  # tangents at both ends of the arc
+    inclinations: tuple[Any, Any]  # of the viewer at both ends
+
+
+def strands(
+    cell: Sequence[Any],
+    optics: Sequence[Sequence[Any]],
+    shape: Sequence[Sequence[Any]],
+    seen: Seen,
+    wi: Any,
+    mirror: Any,
+    chance: Sequence[Any],
+) -> list[Strand]:
+    """Return what is drawn of the classes of a cell, `DRAWN` strands of warp and as many of weft.
+
+    Parameters
+    ----------
+    cell
+        The numbers of `distance_levels.Levels` at the hit.
+    optics
+        Those of warp and of weft, in the order of `YARN_INPUTS`.
+    shape
+        Bend k and flatness ρ of warp and of weft.
+    seen
+        The texel that takes the place of all where it is seen.
+    wi
+        Where the viewer is, in the frame of the surface.
+    mirror
+        A vector by which the cloth's frame is multiplied where texture coordinates are mirrored.
+    chance
+        Uniform numbers: of X, ψ and the class of the warp, and of the weft.
+    """
+    found: list[tuple[Any, lobes.LobeParameters, Frames]] = []
+    for system in range(2):
+        numbers = cell[system * dl.NUMBERS : (system + 1) * dl.NUMBERS]
+        bend, flatness = shape[system]
+        color = mi.Color3f(*numbers[dl.COLOR : dl.COLOR + 3])
+        yarn = lobes.LobeParameters(color, *optics[system])
+        covered = numbers[dl.FLAT] + numbers[dl.RISE] + numbers[dl.FALL]
+        for number in range(DRAWN):
+            x, twist, place = (_spaced(chance[3 * system + k], number) for k in range(3))
+            section = _Section(
+                dr.lerp(numbers[dl.X_LOW], numbers[dl.X_HIGH], x),
+                dr.lerp(numbers[dl.TWIST_LOW], numbers[dl.TWIST_HIGH], twist),
+                bend, flatness, is_weft=system == 1, mirror=mirror,
+            )  # fmt: skip
+            frames = section.frames(_arc(numbers, place * covered))
+            found.append((covered * (1 / DRAWN), yarn, frames))
+    return [_strand(*_or_texel(seen, *drawn, first=k == 0), wi) for k, drawn in enumerate(found)]
+
+
+def value(of: Sequence[Strand], wi: Any, wo: Any, allowed: Any) -> Any:
+    """Return Σ share · f |n·ωo| over the strands; `allowed` tells whether a side counts."""
+    total = mi.Color3f(0)
+    for strand in of:
+        direction = strand.fibre.direction(wo)
+        spread = _spread(strand, wo, direction)
+        lit = lobes.value(strand.yarn, strand.fibre, direction, spread) * strand.share
+        total += dr.select(allowed(wi, wo, direction), lit, 0)
+    return total
+
+
+def density(of: Sequence[Strand], wi: Any, wo: Any, allowed: Any, asked: Any) -> Any:
+    """Return the density of `draw` at `wo`."""
+    total = mi.Float(0)
+    for strand, chance in zip(of, _chances(of), strict=True):
+        direction = strand.fibre.direction(wo)
+        found = sampling.density(asked(strand.guess), strand.fibre, direction)
+        total += dr.select(allowed(wi, wo, direction), found * chance, 0)
+    return total
+
+
+def draw(
+    of: Sequence[Strand], wi: Any, choice: Any, point: Any, allowed: Any, asked: Any
+) -> tuple[Any, Any]:
+    """Return a direction that is distributed after `density`, and whether it counts."""
+    chances = _chances(of)
+    fibre, guess = of[0].fibre, of[0].guess
+    begin, width = mi.Float(0), chances[0]
+    reached = chances[0]
+    for strand, chance in zip(of[1:], chances[1:], strict=True):
+        later = (choice >= reached) & (chance > 0)
+        fibre = _select(later, strand.fibre, fibre)
+        guess = _select(later, strand.guess, guess)
+        begin, width = dr.select(later, reached, begin), dr.select(later, chance, width)
+        reached = reached + chance
+    rest = dr.clip((choice - begin) / dr.maximum(width, lobes.TINY), 0, 0.99999994)
+    direction = sampling.sample(asked(guess), fibre, rest, point)
+    wo = fibre.vector(direction)
+    return wo, allowed(wi, wo, direction) & (reached > 0)
+
+
+def coverage(of: Sequence[Strand]) -> Any:
+    """Return the share of the cell that is yarn."""
+    return dr.minimum(sum((strand.share for strand in of[1:]), of[0].share), 1)
+
+
+def uniforms(u: Any, v: Any, count: int) -> list[Any]:
+    """Return `count` numbers in 0…1 that are as good as random, of a place on the cloth."""
+    first, second = (mi.UInt32((w - dr.floor(w)) * _MIXED) for w in (u, v))
+    found: list[Any] = []
+    while len(found) < count:
+        first, second = mi.sample_tea_32(first, second, 4)
+        for number in (first, second):
+            found += [mi.Float(number & 0xFFFF) / 65536, mi.Float(number >> 16) / 65536]
+    return found[:count]
+
+
+@dataclass(frozen=True, slots=True)
+class _Section:
+    """A place on the yarns of a system: X, ψ, k and ρ, and how its frames turn to the cloth's."""
+
+    x: Any
+    twist: Any
+    bend: Any
+    flatness: Any
+    is_weft: bool
+    mirror: Any
+
+    def frames(self, arc: Sequence[Any]) -> Frames:
+        """Return normal and tangent at the beginning, a place within and the end of an arc of S."""
+        cos_v = dr.safe_sqrt(1 - dr.square(self.x))
+        side = self.flatness * self.x
+        scale = dr.rsqrt(dr.maximum(dr.square(side) + dr.square(cos_v), lobes.TINY))
+        side, up = side * scale, cos_v * scale
+        sin_t, cos_t = dr.sincos(self.twist)
+        stretch = (1 + self.bend) / (1 + self.bend * cos_v)
+        found: Frames = []
+        for s in arc:
+            sin_u = dr.clip(s * stretch, -STEEPEST, STEEPEST)
+            cos_u = dr.sqrt(1 - dr.square(sin_u))
+            along = (cos_t * cos_u + sin_t * side * sin_u, sin_t * side * cos_u - cos_t * sin_u)
+            normal = self._in_cloth(side, up * sin_u, up * cos_u)
+            found.append((normal, self._in_cloth(-sin_t * up, *along)))
+        return found
+
+    def _in_cloth(self, x: Any, y: Any, z: Any) -> Any:
+        return self.mirror * (mi.Vector3f(y, -x, z) if self.is_weft else mi.Vector3f(x, y, z))
+
+
+def _strand(share: Any, yarn: lobes.LobeParameters, frames: Frames, wi: Any) -> Strand:
+    low, within, high = frames
+    fibre = lobes.fibre(wi, *within)
+    ends = (low[1], high[1])
+    first, last = (_inclination(wi, t) for t in ends)
+    # From the mirror's side θo turns as θi does; the lobe is drawn as wide as that makes it.
+    half = dr.maximum(0.5 * dr.abs(last - first), SHORTEST)
+    guess = replace(
+        yarn,
+        gamma_s=half / dr.atan2(half, yarn.gamma_s),
+        gamma_v=half / dr.atan2(half, yarn.gamma_v),
+    )
+    return Strand(share, yarn, guess, fibre, ends, (first, last))
+
+
+def _spread(strand: Strand, wo: Any, direction: lobes.Direction) -> Any:
+    """Return the function of γ that is the mean of the Cauchy lobe over the arc of a strand."""
+    low, high = (
+        0.5 * (theta + _inclination(wo, t))
+        for theta, t in zip(strand.inclinations, strand.ends, strict=True)
+    )
+    half = dr.maximum(0.5 * dr.abs(high - low), SHORTEST)
+    center = 0.5 * (low + high)
+
+    def mean(gamma: Any) -> Any:
+        span = dr.atan2(2 * half * gamma, dr.square(gamma) + dr.square(center) - dr.square(half))
+        return span / (2 * math.pi * half)
+
+    return mean
+
+
+def _or_texel(
+    seen: Seen, share: Any, yarn: lobes.LobeParameters, frames: Frames, *, first: bool
+) -> tuple[Any, lobes.LobeParameters, Frames]:
+    """Return a strand's parts where a cell is seen; where a texel is, the first strand is it."""
+    if not first:
+        return dr.select(seen.here, 0, share), yarn, frames
+    turned = [
+        (dr.select(seen.here, seen.normal, n), dr.select(seen.here, seen.tangent, t))
+        for n, t in frames
+    ]
+    share = dr.select(seen.here, seen.opacity, share)
+    return share, _select(seen.here, seen.yarn, yarn), turned
+
+
+def _spaced(chance: Any, number: int) -> Any:
+    """Return one of `DRAWN` numbers in 0…1 that lie evenly apart, each of them uniform."""
+    place = chance + number / DRAWN
+    return place - dr.floor(place)
+
+
+def _arc(numbers: Sequence[Any], place: Any) -> Sequence[Any]:
+    """Return begin, place and end in S of the arc at a place among the shares of a system."""
+    rises = place >= numbers[dl.FLAT]
+    falls = place >= numbers[dl.FLAT] + numbers[dl.RISE]
+    low = dr.select(falls, numbers[dl.FALL_LOW], numbers[dl.RISE_LOW])
+    high = dr.select(falls, numbers[dl.FALL_HIGH], numbers[dl.RISE_HIGH])
+    share = dr.select(falls, numbers[dl.FALL], numbers[dl.RISE])
+    within = place - numbers[dl.FLAT] - dr.select(falls, numbers[dl.RISE], 0)
+    along = ARCS * dr.clip(within / dr.maximum(share, lobes.TINY), 0, 0.99999994)
+    part = dr.floor(along)
+    ends = (dr.lerp(low, high, place / ARCS) for place in (part, along, part + 1))
+    return [dr.select(rises, s, 0) for s in ends]
+
+
+def _inclination(w: Any, t: Any) -> Any:
+    return dr.asin(dr.clip(dr.dot(w, t), -1, 1))
+
+
+def _chances(of: Sequence[Strand]) -> list[Any]:
+    """Return how often each strand is drawn: by its share, so that none that is seen is missed."""
+    total = sum((strand.share for strand in of[1:]), of[0].share)
+    scale = dr.select(total > 0, 1 / dr.maximum(total, lobes.TINY), 0)
+    return [dr.detach(strand.share * scale) for strand in of]
+
+
+def _select(mask: Any, chosen: Any, other: Any) -> Any:
+    """Return one of two dataclasses of arrays."""
+    if isinstance(chosen, bool):
+        return chosen
+    if not hasattr(chosen, "__dataclass_fields__"):
+        return dr.select(mask, chosen, other)
+    return type(chosen)(
+        **{
+            name: _select(mask, getattr(chosen, name), getattr(other, name))
+            for name in chosen.__dataclass_fields__
+        }
+    )

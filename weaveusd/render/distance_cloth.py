@@ -1,0 +1,240 @@
+"""The cloth near and far: its texels where they are seen, its levels where they are not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from weaveusd.render import distance, lobes
+from weaveusd.render.distance_levels import COLOR, FALL, FLAT, NUMBERS, RISE, Levels
+from weaveusd.render.exact import (
+    NULL,
+    REFLECTION,
+    TRANSMISSION,
+    Cloth,
+    allowed_sides,
+    asked_yarn,
+    lobes_share,
+)
+from weaveusd.render.packing import OPACITY
+
+SHARPNESS = 0.5
+"""Side of a cell over that of a pixel: samples lie all over the pixel by themselves."""
+
+_CHANCES = 9
+_SHARES = (FLAT, RISE, FALL, NUMBERS + FLAT, NUMBERS + RISE, NUMBERS + FALL)
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """How large a pixel is where it meets the cloth, in units of the scene.
+
+    The footprint is `per_distance` times the distance to `eye`, plus `constant`. A `level` that
+    is no negative number is used everywhere instead.
+    """
+
+    eye: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    per_distance: float = 0.0
+    constant: float = 0.0
+    level: int = -1
+
+
+EVERYTHING_NEAR = View()
+
+
+def seen_by(sensor: Any, level: int | None = None) -> View:
+    """Return the view of a loaded sensor, or that of a level that is used everywhere."""
+    if level is not None:
+        return View(level=level)
+    width, height = sensor.film().size()
+    places = ((0.5, 0.5), (0.5 + 1 / width, 0.5), (0.5, 0.5 + 1 / height))
+    rays = []
+    for place in places:
+        ray, _ = sensor.sample_ray(0.0, 0.5, mi.Point2f(*place), mi.Point2f(0.5))
+        rays.append([np.asarray(v, np.float64).ravel() for v in (ray.o, ray.d)])
+    (eye, ahead), *beside = rays
+    turned = [float(np.linalg.norm(d - ahead)) for _, d in beside]
+    moved = [float(np.linalg.norm(o - eye)) for o, _ in beside]
+    # Of a perspective camera every ray starts on the near plane: its origin is not the eye.
+    is_parallel = max(turned) < 1e-9
+    if not is_parallel:
+        eye = np.asarray(sensor.world_transform().matrix, np.float64).reshape(4, 4)[:3, 3]
+    x, y, z = (float(c) for c in eye)
+    if is_parallel:
+        return View((x, y, z), 0.0, float(np.sqrt(moved[0] * moved[1])))
+    return View((x, y, z), float(np.sqrt(turned[0] * turned[1])), 0.0)
+
+
+def with_view(bsdf: dict[str, Any], view: View) -> dict[str, Any]:
+    """Return the dictionary of a BSDF, seen by `view` where it is a cloth with levels."""
+    return {**bsdf, "view": _tensor(view)} if "cells" in bsdf else bsdf
+
+
+def distant_properties(levels: Levels, view: View) -> dict[str, Any]:
+    """Return what `DistantCloth` finds in the plugin's properties."""
+    return {
+        "cells": mi.TensorXf(levels.numbers),
+        "level_sizes": mi.TensorXf([[float(s) for s in levels.rows],
+                                    [float(s) for s in levels.columns]]),
+        "yarn_shape": mi.TensorXf([list(levels.bend), list(levels.flatness)]),
+        "system_optics": mi.TensorXf(levels.optics),
+        "view": _tensor(view),
+    }  # fmt: skip
+
+
+def _tensor(view: View) -> Any:
+    return mi.TensorXf([*view.eye, view.per_distance, view.constant, float(view.level)])
+
+
+class DistantCloth(Cloth):
+    """`Cloth` where a pixel is smaller than the finest cell, else the strands of a cell."""
+
+    def __init__(self, props: Any, *texels: Any) -> None:
+        super().__init__(*texels)
+        self.cells = mi.Float(props["cells"].array)
+        rows, columns = (_listed(props["level_sizes"][i].array) for i in range(2))
+        starts = [0.0]
+        for r, c in zip(rows, columns, strict=True):
+            starts.append(starts[-1] + r * c)
+        self.top = len(rows) - 1
+        self.finest = rows[0] * columns[0]
+        self.table = [mi.Float(column) for column in (starts[:-1], rows, columns)]
+        shape = props["yarn_shape"]
+        self.shape = [[mi.Float(shape[i].array[k]) for i in range(2)] for k in range(2)]
+        table = props["system_optics"]
+        self.systems = [
+            [mi.Float(table[i].array[k]) for i in range(table.shape[0])] for k in range(2)
+        ]
+        view = _listed(props["view"].array)
+        self.eye, self.footprint = mi.Point3f(*view[:3]), [mi.Float(view[3]), mi.Float(view[4])]
+        self.fixed = int(view[5])
+        dr.make_opaque(self.table, self.shape, self.systems, self.eye, self.footprint)
+
+    def level(self, si: Any, chance: Any) -> Any:
+        """Return the level to use, a whole number; -1 stands for the texels themselves."""
+        if self.fixed >= 0:
+            return mi.Float(min(self.fixed, self.top))
+        side = SHARPNESS * (dr.norm(si.p - self.eye) * self.footprint[0] + self.footprint[1])
+        area = dr.norm(dr.cross(si.dp_du, si.dp_dv)) / (
+            self.repeats.x * self.repeats.y * self.finest
+        )
+        halvings = 0.5 * dr.log2(dr.maximum(dr.square(side) / dr.maximum(area, 1e-30), 1e-30))
+        halvings = dr.select(area > 0, halvings, -1)
+        return dr.clip(dr.floor(halvings + chance), -1, self.top)
+
+    def place(self, si: Any, active: Any) -> tuple[Any, Any, list[Any]]:
+        """Return where a level serves, the index of its cell, and uniform numbers."""
+        u, v = si.uv.x * self.repeats.x, si.uv.y * self.repeats.y
+        chance = distance.uniforms(u, v, _CHANCES)
+        level = self.level(si, chance[0])
+        far = active & (level >= 0)
+        index = mi.UInt32(dr.maximum(level, 0))
+        start, rows, columns = (_gather(mi.Float, column, index, far) for column in self.table)
+        row = _wrapped(v * rows + chance[1] - 0.5, rows)
+        column = _wrapped(u * columns + chance[2] - 0.5, columns)
+        return far, mi.UInt32(start + row * columns + column), chance[3:]
+
+    def strands(self, si: Any, active: Any) -> list[distance.Strand]:
+        """Return what a pixel sees of the cloth at the interaction: strands, or one texel."""
+        far, at, chance = self.place(si, active)
+        texel = self.texel(si, active & ~far)
+        seen = distance.Seen(~far, texel[OPACITY], *self.yarn(si, texel, active & ~far))
+        mirrored = dr.dot(si.sh_frame.t, si.dp_dv) < 0
+        flip = mi.Vector3f(1, dr.select(mirrored, -1.0, 1.0), 1)
+        cell = _row(self.cells, at, far)
+        return distance.strands(cell, self.systems, self.shape, seen, si.wi, flip, chance)
+
+    def opacity(self, si: Any, active: Any) -> Any:
+        """Return the share of the interaction that is yarn."""
+        far, at, _ = self.place(si, active)
+        numbers = _row(self.cells, at, far)
+        covered = dr.minimum(sum(numbers[i] for i in _SHARES), 1)
+        return dr.select(far, covered, super().opacity(si, active & ~far))
+
+    def color(self, si: Any, active: Any) -> Any:
+        """Return about what share of light comes back."""
+        far, at, _ = self.place(si, active)
+        numbers = _row(self.cells, at, far)
+        total = mi.Color3f(0)
+        for first in (0, NUMBERS):
+            share = sum(numbers[first + i] for i in (FLAT, RISE, FALL))
+            total += mi.Color3f(*numbers[first + COLOR : first + COLOR + 3]) * share
+        return dr.select(far, total, super().color(si, active & ~far))
+
+    def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any) -> tuple[Any, Any]:
+        """Return value times cosine, and density; both 0 where the side rule forbids `wo`."""
+        value, pdf = self._eval_pdf(ctx, si, wo, self.strands(si, active))
+        return dr.select(active, value, 0), dr.select(active, pdf, 0)
+
+    def _eval_pdf(self, ctx: Any, si: Any, wo: Any, of: list[distance.Strand]) -> tuple[Any, Any]:
+        def allowed(wi: Any, out: Any, direction: lobes.Direction) -> Any:
+            return allowed_sides(ctx, wi, out, direction)
+
+        value = distance.value(of, si.wi, wo, allowed)
+        pdf = distance.density(of, si.wi, wo, allowed, lambda yarn: asked_yarn(ctx, yarn))
+        return value, pdf * lobes_share(ctx, distance.coverage(of))
+
+    def sample(self, ctx: Any, si: Any, choice: Any, point: Any, active: Any) -> tuple[Any, Any]:
+        """Return a sample and its weight: of the null component in gaps, else of the lobes."""
+
+        def allowed(wi: Any, out: Any, direction: lobes.Direction) -> Any:
+            return allowed_sides(ctx, wi, out, direction)
+
+        of = self.strands(si, active)
+        opacity = distance.coverage(of)
+        share = lobes_share(ctx, opacity)
+        passes = choice >= share
+        choice = dr.clip(choice / dr.maximum(share, lobes.TINY), 0, 0.99999994)
+        wo, counts = distance.draw(
+            of, si.wi, choice, point, allowed, lambda yarn: asked_yarn(ctx, yarn)
+        )
+        value, pdf = self._eval_pdf(ctx, si, wo, of)
+        counts &= active & (pdf > 0)
+        reflected = wo.z * si.wi.z > 0
+
+        bs = mi.BSDFSample3f()
+        bs.wo = dr.select(passes, -si.wi, wo)
+        bs.pdf = dr.select(passes, 1 - share, dr.select(counts, pdf, 0))
+        bs.eta = 1.0
+        lobe = dr.select(
+            reflected,
+            mi.UInt32(int(mi.BSDFFlags.GlossyReflection)),
+            mi.UInt32(int(mi.BSDFFlags.GlossyTransmission)),
+        )
+        bs.sampled_type = dr.select(passes, mi.UInt32(int(mi.BSDFFlags.Null)), lobe)
+        component = dr.select(reflected, mi.UInt32(REFLECTION), mi.UInt32(TRANSMISSION))
+        bs.sampled_component = dr.select(passes, mi.UInt32(NULL), component)
+        weight = dr.select(counts, value / dr.maximum(pdf, 1e-20), 0)
+        through = dr.select(share < 1, (1 - opacity) / dr.maximum(1 - share, lobes.TINY), 0)
+        return bs, dr.select(passes, dr.select(active, mi.Color3f(through), 0), weight)
+
+
+def _wrapped(place: Any, count: Any) -> Any:
+    """Return the whole cell at a place on a periodic axis."""
+    turned = dr.floor(place) - count * dr.floor(dr.floor(place) / count)
+    return dr.clip(turned, 0, count - 1)
+
+
+def _row(values: Any, row: Any, active: Any) -> list[Any]:
+    """Return a row of two systems' numbers, gathered four at a time."""
+    found: list[Any] = []
+    for quarter in range(2 * NUMBERS // 4):
+        at = row * (2 * NUMBERS // 4) + quarter
+        found += [mi.Float(n) for n in _gather(mi.Vector4f, values, at, active)]
+    return found
+
+
+def _gather(kind: Any, values: Any, index: Any, active: Any) -> Any:
+    if dr.is_jit_v(values):
+        return dr.gather(kind, values, index, active)
+    size = 1 if kind is mi.Float else 4  # Dr.Jit gathers no scalars
+    found = [values[int(index) * size + k] for k in range(size)]
+    return found[0] if size == 1 else found
+
+
+def _listed(values: Any) -> list[float]:
+    return [float(v) for v in values]
