@@ -50,8 +50,8 @@ DIGITS = 4
 
 
 @dataclass(frozen=True, slots=True)
-class _Solution:
-    """F0, weight of the base and the reflectance that they give, (P, 3)."""
+class Solution:
+    """What stands in for a tile: F0, weight of the base, and what they reflect, (P, 3) in 1/sr."""
 
     f0: float
     base: float
@@ -67,7 +67,7 @@ def fit_standard(
     """
     wi, wo = pairs(PAIRS)
     parts, owner = tile_parts(weave, texels, measured, wi, wo, ALPHAS)
-    tile = _Tile(parts, np.arange(PAIRS) // 4 % 2 == 0)
+    tile = Tile(parts, np.arange(PAIRS) // 4 % 2 == 0, ALPHAS)
     every = range(len(ALPHAS))
     equal = [index for index, (along, across) in enumerate(ALPHAS) if along == across]
 
@@ -83,47 +83,53 @@ def fit_standard(
     )
 
 
-def _fit(choice: int, solution: _Solution) -> StandardFit:
+def _fit(choice: int, solution: Solution) -> StandardFit:
     along, across = ALPHAS[choice]
     return StandardFit(along, across, round(solution.f0, DIGITS), round(solution.base, DIGITS))
 
 
-class _Tile:
-    """The parts of a tile, which pairs are fitted, and the search for what fits them."""
+class Tile:
+    """The parts of a tile, which pairs are fitted, and the search for what fits them.
 
-    def __init__(self, parts: Sequence[Part], fitted: Bools) -> None:
+    `fitted` (P,) are the pairs that are fitted; `alphas` the candidates (along, across) that the
+    parts were made with.
+    """
+
+    def __init__(
+        self, parts: Sequence[Part], fitted: Bools, alphas: Sequence[tuple[float, float]]
+    ) -> None:
         self.parts, self.fitted = parts, fitted
         self.exact: Doubles = np.sum([part.exact for part in parts], 0)
         # Without weights nothing but the highlight's peak would count.
         mean = max(float(self.exact[fitted].mean()), BLACK)
         self.weight = fitted[:, None] / (self.exact + mean)
-        found = [albedos(round((along * across) ** 0.5, DIGITS)) for along, across in ALPHAS]
+        found = [albedos(round((along * across) ** 0.5, DIGITS)) for along, across in alphas]
         self.albedo = np.array(found)  # (A, 2, 16): a and b in E = a F0 + b
 
-    def error(self, solution: _Solution) -> float:
+    def error(self, solution: Solution) -> float:
         """Return Σ |f̂ − f| / Σ f over the pairs that were not fitted."""
         return round(self._off(solution.value, ~self.fitted), 3)
 
-    def shared(self, candidates: Sequence[int]) -> tuple[int, _Solution]:
+    def shared(self, candidates: Sequence[int]) -> tuple[int, Solution]:
         """Return the candidate that fits best where all parts have the same lobe."""
         solutions = [(k, self.solve([k] * len(self.parts))) for k in candidates]
         return min(solutions, key=lambda found: self._misfit(found[1].value))
 
-    def each(self, start: int) -> tuple[list[int], _Solution]:
+    def each(self, start: int) -> tuple[list[int], Solution]:
         """Return a candidate for each part, found in turns, beginning with `start` for all."""
         chosen = [start] * len(self.parts)
         solution = self.solve(chosen)
         for _ in range(SWEEPS):
             for index, part in enumerate(self.parts):
                 f0, base = solution.f0, solution.base
-                own = self._of_part(part, f0, base)
+                own = self.of_part(part, f0, base)
                 others = solution.value - own[chosen[index]]
                 misfits = [self._misfit(others + value) for value in own]
                 chosen[index] = int(np.argmin(misfits))
                 solution = self.solve(chosen)
         return chosen, solution
 
-    def solve(self, chosen: Sequence[int]) -> _Solution:
+    def solve(self, chosen: Sequence[int]) -> Solution:
         """Return the weight of the base and F0 that fit best with these lobes.
 
         The base receives what the lobe leaves of the light, which takes a few rounds.
@@ -141,9 +147,9 @@ class _Tile:
                 0,
             )
             base, f0 = _bounded(diffuse, direct - rim, self.exact - rim, self.weight)
-        return _Solution(f0, base, base * diffuse + f0 * (direct - rim) + rim)
+        return Solution(f0, base, base * diffuse + f0 * (direct - rim) + rim)
 
-    def _of_part(self, part: Part, f0: float, base: float) -> Doubles:
+    def of_part(self, part: Part, f0: float, base: float) -> Doubles:
         """Return what `part` reflects with every candidate, (A, P, 3)."""
         diffuse = np.einsum("as,spc->apc", self._left(f0), part.diffuse)
         shine = f0 * part.lobe + (1 - f0) * part.edge
