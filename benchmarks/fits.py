@@ -2,10 +2,10 @@
 
     python benchmarks/fits.py
 
-For each preset, in its own weave, the error of a Lambertian surface in the yarns' colors, of a fixed
-rule (α along the fibre 1.4 tan γ_s, across it 0.8, four times the fibre's F0), and of the three fits:
-Σ |f̂ − f| / Σ f of the tile's reflectance over pairs of directions that are not fitted. Then the
-processor time of a fit, the least of five. Fails where a fit is worse than the rule.
+For each preset, in its own weave, the error of a Lambertian surface in the yarns' colors, of a
+fixed rule (α along the fibre 1.4 tan γ_s, across it 0.8, four times the fibre's F0), and of the
+three fits: Σ |f̂ − f| / Σ f of the tile's reflectance over pairs of directions that are not fitted.
+Then the processor time of a fit, the least of five. Fails where a fit is worse than the rule.
 """
 
 from __future__ import annotations
