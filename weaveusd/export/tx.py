@@ -61,11 +61,13 @@ def write_tx(asset: Path, files: LookFiles) -> None:
     for channel in CHANNELS.values():
         for name in channel.files:
             if name in FILTERED and (not files.colorway or name in files.own):
-                _write(asset / files.texture(name), opacity, channel)
+                source = asset / files.texture(name)
+                _write(source, opacity, channel, source.with_suffix(TX_SUFFIX))
+                _check_written(source.with_suffix(TX_SUFFIX))
 
 
-def _write(source: Path, opacity: Path, channel: Channel) -> None:
-    target = source.with_suffix(TX_SUFFIX)
+def _write(source: Path, opacity: Path, channel: Channel, target: Path) -> None:
+    """Write all levels; the file is whole when this has returned and its writer is gone."""
     writer = oiio.ImageOutput.create("openexr")
     spec = _spec(source, channel)
     if not writer.open(str(target), spec):
@@ -129,6 +131,26 @@ def _write_tiles(writer: Any, target: Path, first: int, values: Floats) -> None:
     halves = np.ascontiguousarray(values, np.float16)
     if not writer.write_tiles(0, width, first, first + height, 0, 1, halves):
         raise _failure(target, writer)
+
+
+def _check_written(target: Path) -> None:
+    """Raise WeaveusdError unless the last tile of the first level and the last level are there.
+
+    A full disk goes unnoticed by OpenImageIO at the end of an EXR.
+    """
+    written = oiio.ImageInput.open(str(target))
+    if written is not None:
+        spec = written.spec()
+        corner = ((side - 1) // TILE * TILE for side in (spec.width, spec.height))
+        tile = written.read_tile(*corner, 0, oiio.FLOAT)
+        level = 0
+        while written.seek_subimage(0, level + 1):
+            level += 1
+        last = written.read_image(0, level, 0, spec.nchannels, oiio.FLOAT)
+        written.close()
+        if tile is not None and last is not None:
+            return
+    raise WeaveusdError(f"{target}: cannot be written, is the disk full?")
 
 
 def _failure(target: Path, writer: Any) -> WeaveusdError:
