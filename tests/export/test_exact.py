@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from weaveusd.export.exact import write_exact
 from weaveusd.export.images import ImageWriter
 from weaveusd.shading.material import ClothMaterial
 from weaveusd.shading.measured import Measured
+from weaveusd.validate.run import validate
 
 
 @pytest.fixture(scope="module")
@@ -71,6 +73,23 @@ def test_the_document_is_valid_knows_its_node_and_finds_every_file(folder):
 
 def test_the_interchange_document_never_holds_our_node(folder):
     assert "weaveusd_cloth" not in (folder / MATERIALX_FILE).read_text()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [
+        ("weaveusd_cloth", "weaveusd_felt", "mtlx-node"),
+        ("textures/yarn_id.png", "textures/gone.png", "mtlx-file"),
+        ("<materialx", "<material", "mtlx-broken"),
+    ],
+)
+def test_a_broken_exact_document_is_found(folder, tmp_path, old, new, code):
+    asset = Path(shutil.copytree(folder, tmp_path / "asset"))
+    document = asset / EXACT_FILE
+    document.write_text(document.read_text().replace(old, new))
+    before = {f.code for f in validate(folder / "plain.usda").findings}
+    assert code not in before
+    assert code in {f.code for f in validate(asset / "plain.usda").findings}
 
 
 def test_it_stands_only_where_it_is_asked_for(tmp_path):

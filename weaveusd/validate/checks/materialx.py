@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import MaterialX
 
-from weaveusd.contract import MATERIALX_FILE
-from weaveusd.stage import materialx_library
+from weaveusd.contract import CLOTH_SHADER_ID, EXACT_FILE, MATERIALX_FILE, MATERIALX_NODE_DIR
+from weaveusd.stage import materialx_library, schema_dir
 from weaveusd.validate.checks.color_spaces import MATERIALX_NAMES
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
@@ -31,9 +32,28 @@ MAX_BYTES = 8 << 20
     codes=(BROKEN, NODE, SPACE, FILE),
 )
 def materialx_document(asset: OpenAsset) -> Iterator[Finding]:
-    """The MaterialX document is valid, of standard nodes, and finds its textures."""
-    name = asset.file_of_look(MATERIALX_FILE)
-    path = asset.folder / name
+    """MaterialX documents are valid, find textures, and have standard nodes; the exact one ours."""
+    yield from _document(asset.folder, asset.file_of_look(MATERIALX_FILE), materialx_library())
+    exact = asset.file_of_look(EXACT_FILE)
+    if (asset.folder / exact).exists():
+        yield from _document(asset.folder, exact, _library_with_ours())
+        node = f"{MATERIALX_NODE_DIR}/{CLOTH_SHADER_ID}.mtlx"
+        if not (asset.folder / node).is_file():
+            yield FILE(f"{node!r} is no file of the asset", exact)
+
+
+@cache
+def _library_with_ours() -> Any:
+    """Return the standard definitions and that of our node, which the asset's copy says too."""
+    library = MaterialX.createDocument()
+    library.importLibrary(materialx_library())
+    ours = schema_dir() / MATERIALX_NODE_DIR / f"{CLOTH_SHADER_ID}.mtlx"
+    MaterialX.readFromXmlFile(library, str(ours))
+    return library
+
+
+def _document(folder: Path, name: str, library: Any) -> Iterator[Finding]:
+    path = folder / name
     if not path.is_file() or path.stat().st_size > MAX_BYTES:
         yield BROKEN(f"expected a file of at most {MAX_BYTES} bytes", name)
         return
@@ -48,10 +68,10 @@ def materialx_document(asset: OpenAsset) -> Iterator[Finding]:
         return
     spaces = {document.getColorSpace(), *_authored_spaces(document)}
     for space in sorted(spaces - set(MATERIALX_NAMES)):
-        yield SPACE(f"{space or 'unstated'}, expected {' or '.join(MATERIALX_NAMES)}")
-    yield from _files(document, asset.folder)
+        yield SPACE(f"{space or 'unstated'}, expected {' or '.join(MATERIALX_NAMES)}", name)
+    yield from _files(document, folder)
 
-    document.setDataLibrary(materialx_library())
+    document.setDataLibrary(library)
     valid, message = document.validate()
     if not valid:
         yield BROKEN(" ".join(message.split()), name)
