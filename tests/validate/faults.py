@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,8 +14,10 @@ from numpy.typing import NDArray
 
 from tests.validate.assets import ACROSS, ALONG, TWILL, Channels, cloth, drawn, publish, surface
 from weaveusd.contract import GAP, MANIFEST_FILE
+from weaveusd.export.doors import write_doors
 from weaveusd.export.images import ImageWriter
 from weaveusd.export.manifest import list_files, write_manifest
+from weaveusd.export.package import write_package
 from weaveusd.validate.profiles import Profile, find_profile
 
 Spoil = Callable[[Path], object]
@@ -580,6 +583,74 @@ def restate(folder: Path, attribute: str, value: float, shader_input: str = "") 
     name = shader_input or attribute
     text = re.sub(rf"(inputs:{name} = \[)[^]]*", rf"\g<1>{value}, {value}", text)
     look.write_text(text)
+
+
+# --- Other doors ----------------------------------------------------------------------------------
+
+DOOR_FILES = {"usdz": "shot_twill.usdz", "glb": "shot_twill.glb", "u3m": "shot_twill.u3m"}
+
+
+def with_doors(folder: Path) -> None:
+    """Write every door of the asset that stands in `folder`."""
+    write_doors(cloth(), folder, ("usdz", "gltf", "u3m"))
+
+
+@in_files("door-disagrees")
+def a_package_of_last_week(folder: Path) -> None:
+    with_doors(folder)
+    with zipfile.ZipFile(folder / DOOR_FILES["usdz"]) as old:
+        (folder / "root.usdc").write_bytes(old.read("shot_twill.usdc"))
+    (folder / DOOR_FILES["usdz"]).unlink()
+    other = folder / "other.png"
+    other.write_bytes((folder / "textures" / "opacity.png").read_bytes())
+    write_package(
+        folder / DOOR_FILES["usdz"],
+        [("shot_twill.usdc", folder / "root.usdc"), ("textures/normal.png", other)],
+    )
+    other.unlink()
+    (folder / "root.usdc").unlink()
+
+
+@in_files("door-broken")
+def a_package_that_is_compressed(folder: Path) -> None:
+    with zipfile.ZipFile(folder / DOOR_FILES["usdz"], "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("shot_twill.usda", "#usda 1.0\n" * 100)
+
+
+@in_files("door-broken")
+def a_package_that_is_not_aligned(folder: Path) -> None:
+    with zipfile.ZipFile(folder / DOOR_FILES["usdz"], "w") as archive:
+        archive.writestr("shot_twill.usda", "#usda 1.0\n")
+
+
+@in_files("door-broken")
+def a_gltf_cut_short(folder: Path) -> None:
+    with_doors(folder)
+    path = folder / DOOR_FILES["glb"]
+    path.write_bytes(path.read_bytes()[:-100])
+
+
+@in_files("door-disagrees")
+def a_gltf_of_another_size(folder: Path) -> None:
+    with_doors(folder)
+    path = folder / DOOR_FILES["glb"]
+    data = path.read_bytes()
+    scale = re.search(rb'"scale":\[(\d)', data)
+    assert scale
+    digit = b"1" if scale[1] != b"1" else b"2"
+    path.write_bytes(data.replace(scale[0], scale[0][:-1] + digit))
+
+
+@in_files("door-broken")
+def a_u3m_that_is_no_json(folder: Path) -> None:
+    (folder / DOOR_FILES["u3m"]).write_text("{")
+
+
+@in_files("door-disagrees")
+def a_u3m_with_a_picture_elsewhere(folder: Path) -> None:
+    with_doors(folder)
+    path = folder / DOOR_FILES["u3m"]
+    path.write_text(path.read_text().replace("textures/normal.png", "../normal.png"))
 
 
 # --- The manifest ---------------------------------------------------------------------------------
