@@ -14,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from weaveusd.cli_hooks import ended_by_sigterm
+
 ROOT = Path(__file__).parents[1]
 TWILL = ROOT / "examples" / "drafts" / "twill_2_2.wif"
 
@@ -228,8 +230,19 @@ def test_a_farm_that_cancels_leaves_nothing_behind(tmp_path):
     process.send_signal(signal.SIGTERM)
     process.communicate(timeout=30)
     assert process.returncode == 128 + signal.SIGTERM
-    assert json.loads((tmp_path / "result.json").read_text())["status"] == "failed"
+    told = json.loads((tmp_path / "result.json").read_text())
+    assert (told["status"], told["error"]) == ("failed", "ended from outside")
     assert not (tmp_path / "root").exists()
+
+
+def test_a_cancel_that_compiled_code_loses_is_heard_at_the_next_step():
+    with ended_by_sigterm() as go_on:
+        go_on()
+        with pytest.raises(SystemExit):
+            os.kill(os.getpid(), signal.SIGTERM)
+        with pytest.raises(SystemExit) as stop:
+            go_on()
+    assert stop.value.code == 128 + signal.SIGTERM
 
 
 # --- What a draft says of a person ----------------------------------------------------------------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -58,14 +58,25 @@ class Hooks:
 
 
 @contextmanager
-def ended_by_sigterm() -> Iterator[None]:
-    """Have SIGTERM, with which farms cancel, end the body as an exception, so that it cleans up."""
+def ended_by_sigterm() -> Iterator[Callable[[], None]]:
+    """Have SIGTERM, with which farms cancel, end the body as an exception, so that it cleans up.
+
+    What is yielded raises that exception again once SIGTERM has come: where the signal arrives
+    while compiled code calls Python, the first one is lost.
+    """
+    asked = False
 
     def end(number: int, frame: object) -> None:
-        sys.exit(128 + number)
+        nonlocal asked
+        asked = True
+        go_on()
+
+    def go_on() -> None:
+        if asked:
+            sys.exit(128 + signal.SIGTERM)
 
     before = signal.signal(signal.SIGTERM, end)
     try:
-        yield
+        yield go_on
     finally:
         signal.signal(signal.SIGTERM, before)

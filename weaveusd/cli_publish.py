@@ -144,9 +144,16 @@ def _publish(
         _command("--pre-hook", pre_hook), _command("--post-hook", post_hook), hook_seconds
     )
     told = ResultFile(result)
-    with ended_by_sigterm(), Log(log_file) as log:
+    with ended_by_sigterm() as go_on, Log(log_file) as log:
         publish_and_tell(
-            draft, settings, hooks, progress=progress, told=told, log=log, as_json=as_json
+            draft,
+            settings,
+            hooks,
+            progress=progress,
+            told=told,
+            log=log,
+            as_json=as_json,
+            go_on=go_on,
         )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,11 +25,12 @@ def publish_and_tell(
     told: ResultFile,
     log: Log,
     as_json: bool,
+    go_on: Callable[[], None],
 ) -> None:
     """Publish `draft` with the `settings` of `pipeline.publish`, between `hooks`.
 
-    Whatever happens, the answer goes to `told`, to `log`, and as JSON or words to stdout; what was
-    raised is raised again.
+    `go_on` is called as the work proceeds, and raises to end it. Whatever happens, the answer goes
+    to `told`, to `log`, and as JSON or words to stdout; what was raised is raised again.
     """
     from weaveusd import pipeline
 
@@ -42,13 +44,22 @@ def publish_and_tell(
     try:
         with told_progress(progress, f"publishing {draft.name}") as tell:
             hooks.ask(request, log)
-            done = pipeline.publish(draft, **settings, progress=log.following(tell))
+            follow = log.following(tell)
+
+            def proceed(share: float) -> None:
+                if share < 1:  # then it is published
+                    go_on()
+                follow(share)
+
+            done = pipeline.publish(draft, **settings, progress=proceed)
             answer = done.as_dict()
             hooks.tell(request, answer, log)
     except BaseException as error:
         log.note_error(error)
-        from_us = isinstance(error, Exception)
-        answer["error"] = (str(error) if from_us else "") or f"ended by {type(error).__name__}"
+        if isinstance(error, Exception):
+            answer["error"] = str(error) or type(error).__name__
+        else:
+            answer["error"] = "ended from outside"
         answer["findings"] = getattr(error, "findings", answer["findings"])
         answer.setdefault("seconds", round(time.perf_counter() - started, 3))
         raise
