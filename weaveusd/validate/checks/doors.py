@@ -37,7 +37,7 @@ _LOCAL_HEADER = 30
 
 
 @check(
-    id="files/doors",
+    id="door/files",
     why="Who gets the one file sees nothing of the asset that it was made from.",
     needs=("material",),
     codes=(BROKEN, OTHER),
