@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 PIXELS_PER_MM = 12
 """Of the picture in the cloth's own size: 304.8 pixels an inch."""
 
-FIELD_MM = (64.0, 70.0)
+FIELD_MM = (64.0, 76.0)
 """What that picture shows, from left to right and from top to bottom: swatch, rule and chips."""
 
 CAMERA = "/World/ScaleCamera"
