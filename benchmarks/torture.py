@@ -316,8 +316,9 @@ def race(rounds: int) -> Count:
         count.trials = sum(told.values())
         count.new = sum(map(len, states(root).values()))
         for number in range(rounds):
-            if told[number, "published"] != 1 or told[number, "unchanged"] != PUBLISHERS - 1:
-                count.faults.append(f"round {number}: {told}")
+            outcomes = {what: times for (at, what), times in told.items() if at == number}
+            if outcomes != {"published": 1, "unchanged": PUBLISHERS - 1}:
+                count.faults.append(f"round {number}: {outcomes}")
         if count.new != rounds:
             count.faults.append(f"{count.new} versions of {rounds} cloths")
     return count

@@ -1,6 +1,6 @@
 """Plugins for pyblish: cloths are collected, validated, extracted and integrated.
 
-    import pyblish.util
+    import pyblish.api, pyblish.util
     from weaveusd.integrations.pyblish import register
 
     register()
