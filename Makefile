@@ -5,13 +5,16 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo gallery test test-all lint llvm schema clean
+.PHONY: demo gallery report test test-all lint llvm schema clean
 
 demo: $(READY) ## publish two cloths, render them, and say where the pictures are
 	$(BIN)/python examples/demo.py out/demo
 
 gallery: $(READY) ## render every example scene in a cloth that suits it, half an hour
 	$(BIN)/python examples/gallery.py out/gallery
+
+report: $(READY) ## judge three cloths and write the page of each, a minute or two
+	$(BIN)/python examples/report.py out/report
 
 test: $(READY) ## the fast tests
 	$(BIN)/python -m pytest -q -m "not slow"

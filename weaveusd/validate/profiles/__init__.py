@@ -7,7 +7,6 @@ the group `weaveusd.profiles` that leads to the path of such a file, and anybody
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -19,6 +18,9 @@ from weaveusd.validate.tables import known_keys, read_toml
 GROUP = "weaveusd.profiles"
 DEFAULT = "quick"
 ALL = "all"
+
+OURS = ("quick", "standard", "full")
+"""Profiles that come with weaveusd, each running what the one before it runs."""
 
 _FOLDER = Path(__file__).parent
 
@@ -106,26 +108,23 @@ def find_profile(name: str | os.PathLike[str]) -> Profile:
     text = os.fspath(name)
     if text.endswith(".toml") or os.sep in text:
         return read_profile(text)
-    files = dict(_files())
-    if text not in files:
-        known = ", ".join(sorted(files))
+    if text in OURS:
+        return read_profile(_FOLDER / f"{text}.toml")
+    points = _points()
+    if text not in points:
+        known = ", ".join(sorted({*OURS, *points}))
         raise InputError(f"no profile {text!r}, expected {known} or a .toml file")
-    return read_profile(files[text])
+    return read_profile(_led_to(points[text]))
 
 
 def profile_names() -> tuple[str, ...]:
     """Return the names of all profiles that are installed, ours first."""
-    return tuple(name for name, _ in _files())
+    return (*OURS, *sorted(_points()))
 
 
-def _files() -> Iterator[tuple[str, Path]]:
-    """Yield name and file of each profile; a name of ours is not taken by others."""
-    ours = [_FOLDER / f"{name}.toml" for name in ("quick", "standard", "full")]
-    for file in ours:
-        yield file.stem, file
-    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
-        if point.name not in {file.stem for file in ours}:
-            yield point.name, _led_to(point)
+def _points() -> dict[str, Any]:
+    """Return the entry points by name; a name of ours is not taken by others."""
+    return {point.name: point for point in entry_points(group=GROUP) if point.name not in OURS}
 
 
 def _led_to(point: Any) -> Path:
