@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from weaveusd.contract import GLTF_SUFFIX, U3M_SUFFIX, USDZ_SUFFIX
+from weaveusd.contract import GLTF_SUFFIX, U3M_SUFFIX, USDZ_SUFFIX, of_colorway
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
@@ -44,12 +44,12 @@ _LOCAL_HEADER = 30
 )
 def other_doors(asset: OpenAsset) -> Iterator[Finding]:
     """Every usdz, glTF and U3M beside the asset is whole, with its textures and its size."""
-    judges = {USDZ_SUFFIX: _usdz, GLTF_SUFFIX: _gltf, U3M_SUFFIX: _u3m}
-    for path in sorted(asset.folder.iterdir()):
-        if path.suffix not in judges or not path.is_file():
+    for suffix, judge in ((USDZ_SUFFIX, _usdz), (GLTF_SUFFIX, _gltf), (U3M_SUFFIX, _u3m)):
+        path = asset.folder / of_colorway(f"{asset.entry.stem}{suffix}", asset.colorway)
+        if not path.is_file():
             continue
         try:
-            for message in judges[path.suffix](path, asset):
+            for message in judge(path, asset):
                 yield OTHER(message, path.name)
         except _FAULTS as error:
             yield BROKEN(" ".join(f"{error}".split())[:200] or type(error).__name__, path.name)
@@ -98,7 +98,7 @@ def _same(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, beside: Path) -> boo
 
 
 def _gltf(path: Path, asset: OpenAsset) -> Iterator[str]:
-    """Yield how the size of the texture differs from the cloth's, in that of the default look."""
+    """Yield how the size of the texture differs from the cloth's."""
     with path.open("rb") as file:
         head = file.read(20)
         stated, length = (int.from_bytes(head[at : at + 4], "little") for at in (8, 12))
@@ -109,8 +109,7 @@ def _gltf(path: Path, asset: OpenAsset) -> Iterator[str]:
         raise ValueError(f"has {path.stat().st_size} bytes, its header says {stated}")
     texture = document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]
     across, along = texture["extensions"]["KHR_texture_transform"]["scale"]
-    if _is_default(path, asset):
-        yield from _sizes((1000 / across, 1000 / along), asset)
+    yield from _sizes((1000 / across, 1000 / along), asset)
 
 
 def _u3m(path: Path, asset: OpenAsset) -> Iterator[str]:
@@ -124,13 +123,8 @@ def _u3m(path: Path, asset: OpenAsset) -> Iterator[str]:
         name = Path(image["path"])
         if name.is_absolute() or ".." in name.parts or not (asset.folder / name).is_file():
             yield f"{str(name)[:80]!r} is no picture of the asset"
-    if images and _is_default(path, asset):
+    if images:
         yield from _sizes((float(images[0]["width"]), float(images[0]["height"])), asset)
-
-
-def _is_default(path: Path, asset: OpenAsset) -> bool:
-    """Whether a file is of the cloth itself; a colorway may have another size."""
-    return path.stem == asset.entry.stem
 
 
 def _sizes(found: tuple[float, float], asset: OpenAsset) -> Iterator[str]:
