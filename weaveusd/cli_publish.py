@@ -53,6 +53,10 @@ def _publish(
     texels_per_mm: Annotated[
         float | None, typer.Option(help="Texels a millimetre, instead.")
     ] = None,
+    distance_m: Annotated[
+        float | None,
+        typer.Option(help="Fewest texels for cloth seen from so far, in metres, instead."),
+    ] = None,
     repeats: Annotated[
         str | None, typer.Option(metavar="WxH", help="Repeats of the draft in the patch; 1x1.")
     ] = None,
@@ -123,6 +127,7 @@ def _publish(
         "name": name,
         "resolution": resolution,
         "texels_per_mm": texels_per_mm,
+        "distance_m": distance_m,
         "repeats": pair and (int(pair[0]), int(pair[1])),
         "patch_mm": _pair("--patch-mm", patch_mm, r"\d{1,6}(?:\.\d{1,6})?"),
         "seed": seed,

@@ -43,7 +43,8 @@ class Publication:
     `colors_out_of_reach` tells of every yarn that is lighter than its fibres can make it in this
     weave: `yarn`, its `color`, and the color `reached`, linear in the asset's color space; and in
     which `colorway` where there are several. `losses` tells of every network which effects of
-    the exact cloth it carries, approximates or drops.
+    the exact cloth it carries, approximates or drops. `budget` tells what a distance asked for made
+    of the resolution, and why.
     """
 
     asset: PublishedAsset
@@ -51,6 +52,7 @@ class Publication:
     seconds: float
     colors_out_of_reach: list[dict[str, Any]]
     losses: list[dict[str, Any]]
+    budget: dict[str, float | str] | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Return the publication as JSON types."""
@@ -60,6 +62,7 @@ class Publication:
             "findings": self.findings,
             "colors_out_of_reach": self.colors_out_of_reach,
             "losses": self.losses,
+            **({} if self.budget is None else {"budget": self.budget}),
         }
 
 
@@ -75,6 +78,7 @@ def publish(
     texels_per_mm: float | None = None,
     repeats: tuple[int, int] | None = None,
     patch_mm: tuple[float, float] | None = None,
+    distance_m: float | None = None,
     seed: int = 0,
     color_space: str = "lin_rec709",
     version: str = "next",
@@ -111,6 +115,9 @@ def publish(
     repeats, patch_mm
         Repeats of the draft across and along that the textures show, by default one; or the size
         to which the nearest whole repeats are taken. Irregularity does not repeat in a patch.
+    distance_m
+        Distance from where the cloth is looked at, in place of a resolution: the fewest texels that
+        keep its look there (docs/lod.md).
     seed
         Seed of every irregularity, 0 or more.
     color_space
@@ -159,7 +166,7 @@ def publish(
 
     started = time.perf_counter()
     tell = progress or (lambda share: None)
-    patch = Patch(resolution, texels_per_mm, repeats, patch_mm)
+    patch = Patch(resolution, texels_per_mm, repeats, patch_mm, distance_m)
     if not 0 <= seed < 1 << 31:
         raise InputError(f"seed: found {seed}, expected 0 to {(1 << 31) - 1}")
     space = _color_space(color_space)
@@ -234,7 +241,12 @@ def publish(
     asset = settle(Path(root), name, write, check, version, losses)
     tell(1.0)
     return Publication(
-        asset, findings, time.perf_counter() - started, _colors_out_of_reach(cloths), losses
+        asset,
+        findings,
+        time.perf_counter() - started,
+        _colors_out_of_reach(cloths),
+        losses,
+        patch.budget(sources[first].recipe),
     )
 
 
