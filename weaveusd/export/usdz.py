@@ -7,7 +7,6 @@ bytes, as USD's file format asks for so that a reader can map the file.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 
 from pxr import Sdf, Usd, UsdShade, UsdUtils
@@ -63,21 +62,17 @@ def _flattened(stage: Usd.Stage) -> Sdf.Layer:
     """Return what `stage` composes to as a layer, without what cannot be packed."""
     flat = Usd.Stage.Open(stage.Flatten(addSourceFileComment=False))
     for prim in list(flat.TraverseAll()):
-        for attribute in _attributes(prim):
+        for attribute in prim.GetAuthoredAttributes():
             if _stays_outside(attribute.Get()):
                 if prim.IsA(UsdShade.Shader):
                     _remove_shader(flat, prim)
                     break
                 prim.RemoveProperty(attribute.GetName())
     for prim in flat.TraverseAll():
-        for attribute in _attributes(prim):
+        for attribute in prim.GetAuthoredAttributes():
             _state_value(flat, attribute)
     layer: Sdf.Layer = flat.GetRootLayer()
     return layer
-
-
-def _attributes(prim: Usd.Prim) -> Iterator[Usd.Attribute]:
-    yield from prim.GetAuthoredAttributes()
 
 
 def _stays_outside(value: object) -> bool:
@@ -87,7 +82,7 @@ def _stays_outside(value: object) -> bool:
 def _remove_shader(stage: Usd.Stage, shader: Usd.Prim) -> None:
     """Remove `shader` and every output of its material that is connected to it."""
     path, material = shader.GetPath(), shader.GetParent()
-    for attribute in _attributes(material):
+    for attribute in material.GetAuthoredAttributes():
         if any(source.HasPrefix(path) for source in attribute.GetConnections()):
             material.RemoveProperty(attribute.GetName())
     stage.RemovePrim(path)
