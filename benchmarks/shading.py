@@ -34,7 +34,7 @@ import drjit as dr  # noqa: E402
 import mitsuba as mi  # noqa: E402
 
 from weaveusd.render import lobes, sampling  # noqa: E402
-from weaveusd.render.bsdf import cloth_bsdf_dict
+from weaveusd.render.bsdf import cloth_bsdf_dict  # noqa: E402
 from weaveusd.render.exact import Cloth  # noqa: E402
 
 CELLS = 352

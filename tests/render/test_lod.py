@@ -4,19 +4,27 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from pxr import Sdf, Usd
 
 from tests.render.cloths import direction
+from weaveusd import pipeline
 from weaveusd.cloth.weave import weave
 from weaveusd.draft.make import make_draft
+from weaveusd.draft.write import write_wif
 from weaveusd.errors import InputError
 from weaveusd.render import distance_levels, distance_moments
 from weaveusd.render.distance_moments import Threads
+from weaveusd.render.distance_threads import distant_levels
+from weaveusd.render.model import MAX_LEVELS
 from weaveusd.render.optics import yarn_table
 from weaveusd.render.packing import pack
+from weaveusd.render.run import render
+from weaveusd.render.scenes import dress, scene_path
 from weaveusd.shading.directions import pairs
 from weaveusd.shading.normalization import normalization
 from weaveusd.synth.textures import synthesize
@@ -245,9 +253,53 @@ def test_yarns_in_one_frame_make_a_box_without_width() -> None:
     assert whole[distance_levels.COLOR] == pytest.approx(0.4)
 
 
+@pytest.fixture(scope="module")
+def stage(tmp_path_factory: Any) -> Any:
+    """A published twill on the swatch of the examples."""
+    folder = tmp_path_factory.mktemp("lod")
+    draft = folder / "twill.wif"
+    draft.write_bytes(write_wif(make_draft("twill:2/2")))
+    done = pipeline.publish(draft, preset="shot_silk", root=folder, resolution=TEXELS)
+    return dress(scene_path("swatch"), Path(done.asset.entry), folder / "swatch.usda")
+
+
+def test_a_stage_from_afar_has_the_colors_of_its_texels(mi: Any, stage: Any) -> None:
+    full, auto, level = (
+        render(stage, width=24, spp=256, lod=lod).image.astype(float)
+        for lod in ("full", "auto", 99 % MAX_LEVELS)
+    )
+    assert np.abs(auto - full).max() > 0
+    for image in (auto, level):
+        np.testing.assert_allclose(image.mean((0, 1)), full.mean((0, 1)), rtol=0.03)
+
+
+def test_a_view_knows_its_eye_and_its_pixel(mi: Any) -> None:
+    from weaveusd.render.distance_cloth import seen_by
+
+    size = {"type": "hdrfilm", "width": 200, "height": 100}
+    at = mi.ScalarTransform4f().look_at([1, 2, 3], [0, 0, 0], [0, 1, 0])
+    lens = {"type": "perspective", "fov": 20.0, "fov_axis": "x", "to_world": at, "film": size}
+    view = seen_by(mi.load_dict(lens))
+    assert view.eye == pytest.approx((1, 2, 3), abs=1e-5)
+    assert view.per_distance == pytest.approx(2 * np.tan(np.radians(10)) / 200, rel=1e-2)
+    parallel = {"type": "orthographic", "to_world": at, "film": size}
+    view = seen_by(mi.load_dict(parallel))
+    assert view.per_distance == 0
+    assert view.constant == pytest.approx(2 / 200, rel=1e-3)
+
+
+@pytest.mark.parametrize("names", [["a b", ""], ["é:x", "y"], ["warp_1"]])
+def test_a_cloth_that_does_not_state_its_yarns_has_no_levels(names: Any) -> None:
+    stage = Usd.Stage.CreateInMemory()
+    material = stage.DefinePrim("/Material", "Material")
+    material.CreateAttribute("weave:yarns", Sdf.ValueTypeNames.StringArray).Set(names)
+    for name in ("ends", "picks"):
+        material.CreateAttribute(f"weave:{name}", Sdf.ValueTypeNames.Int).Set(2)
+    cloth = woven(*CASES[0])
+    assert distant_levels(material, cloth.arrays, cloth.optics) is None
+
+
 @pytest.mark.parametrize("lod", ["half", -1, 99])
 def test_a_level_of_detail_that_is_none_is_refused(mi: Any, tmp_path: Any, lod: Any) -> None:
-    from weaveusd.render.run import render
-
     with pytest.raises(InputError, match="expected auto, full or 0 to 23"):
         render(tmp_path / "none.usda", lod=lod)

@@ -22,7 +22,7 @@ from weaveusd.render.exact import (
 )
 from weaveusd.render.packing import OPACITY
 
-SHARPNESS = 0.5
+SHARPNESS = 0.25
 """Side of a cell over that of a pixel: samples lie all over the pixel by themselves."""
 
 _CHANCES = 9
@@ -133,7 +133,7 @@ class DistantCloth(Cloth):
         level = self.level(si, chance[0])
         far = active & (level >= 0)
         index = mi.UInt32(dr.maximum(level, 0))
-        start, rows, columns = (_gather(mi.Float, column, index, far) for column in self.table)
+        start, rows, columns = (dr.gather(mi.Float, column, index, far) for column in self.table)
         row = _wrapped(v * rows + chance[1] - 0.5, rows)
         column = _wrapped(u * columns + chance[2] - 0.5, columns)
         return far, mi.UInt32(start + row * columns + column), chance[3:]
@@ -224,16 +224,8 @@ def _row(values: Any, row: Any, active: Any) -> list[Any]:
     found: list[Any] = []
     for quarter in range(2 * NUMBERS // 4):
         at = row * (2 * NUMBERS // 4) + quarter
-        found += [mi.Float(n) for n in _gather(mi.Vector4f, values, at, active)]
+        found += [mi.Float(n) for n in dr.gather(mi.Vector4f, values, at, active)]
     return found
-
-
-def _gather(kind: Any, values: Any, index: Any, active: Any) -> Any:
-    if dr.is_jit_v(values):
-        return dr.gather(kind, values, index, active)
-    size = 1 if kind is mi.Float else 4  # Dr.Jit gathers no scalars
-    found = [values[int(index) * size + k] for k in range(size)]
-    return found[0] if size == 1 else found
 
 
 def _listed(values: Any) -> list[float]:

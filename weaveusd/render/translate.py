@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -105,9 +106,13 @@ class _Scene:
         purposes: tuple[str, ...],
         lod: Lod,
     ) -> None:
-        self.stage, self.time, self.lod = stage, time, lod
+        self.stage, self.time = stage, time
         self.view = EVERYTHING_NEAR
         self.losses = Losses()
+        if lod != FULL and not dr.is_jit_v(mi.Float):
+            self.losses.approximated("/", "cloth is shown in full: scalar variants have no levels")
+            lod = FULL
+        self.lod = lod
         looks = materials.Looks(context, time, self.losses, levels=lod != FULL)
         self.lights = lights.Lights(stage, self.losses)
         pieces = Pieces(time, looks, self.lights, self.losses)
