@@ -38,11 +38,6 @@ class Fault:
     sealed: bool = True
     profile: str = "quick"
 
-    @property
-    def fast(self) -> bool:
-        """Whether it is tried among the fast tests: one of those that render is."""
-        return self.profile == "quick" or self.name == "a_gain_of_another_weave"
-
     def judged(self) -> Profile:
         """Return the profile, with renders as small as they can be."""
         return replace(find_profile(self.profile), size=32, spp=32, samples=20_000)
@@ -229,7 +224,7 @@ in_text("another_color_space_than_the_files", LOOK, 'weave:colorSpace = "lin_rec
         'weave:colorSpace = "acescg"',
         "color-space-tag", "color-space-wrong", "encodings-disagree")  # fmt: skip
 in_text("unknown_color_space", LOOK, 'weave:colorSpace = "lin_rec709"',
-        'weave:colorSpace = "sRGB"', "cloth-limits")  # fmt: skip
+        'weave:colorSpace = "sRGB"', "cloth-token")  # fmt: skip
 in_text("decoded_ids", LOOK, "@./textures/yarn_id.png@\n",
         '@./textures/yarn_id.png@ (\n                colorSpace = "srgb_texture"\n'
         "            )\n", "color-space-wrong")  # fmt: skip

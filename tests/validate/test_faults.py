@@ -21,6 +21,7 @@ UNPLANTED = {
     "usd-warning",
     "pdf-not-one",
     "sampling-off",
+    "distance-color",
     "noise-biased",
     "noise-none",
     "render-not-finite",
@@ -40,7 +41,7 @@ except RendererUnavailableError as error:
         pytest.param(
             fault,
             id=fault.name,
-            marks=[pytest.mark.slow] if not fault.fast else [],
+            marks=[] if fault.profile == "quick" else [pytest.mark.slow],
         )
         for fault in FAULTS
     ],

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.validate.assets import publish
+from tests.validate.faults import FAULTS
 from weaveusd.errors import RendererUnavailableError
 from weaveusd.render import variant
 from weaveusd.render.probe import Sampled
@@ -38,7 +39,16 @@ def codes(entry: Path, check: str) -> set[str]:
     return {finding.code for finding in validate(entry, profile=SMALL, checks=[check]).findings}
 
 
-def test_a_good_asset_renders_as_predicted_and_shows_it(entry: Path) -> None:
+def test_a_swatch_renders_as_predicted_and_one_of_another_gain_does_not(
+    entry: Path, tmp_path: Path
+) -> None:
+    assert codes(entry, "render/swatch") == {"render/swatch/pass"}
+    fault = next(fault for fault in FAULTS if fault.name == "a_gain_of_another_weave")
+    assert codes(fault.plant(tmp_path / "v001"), "render/swatch") == {"swatch-color"}
+
+
+@pytest.mark.slow
+def test_a_good_asset_passes_every_render_and_shows_it(entry: Path) -> None:
     report, asset = examine(entry, profile=SMALL, checks=["render"])
     assert {finding.status for finding in report.findings} == {Status.PASS}
     assert {"swatch", "furnace", "exact", "preview-flip", "mtlx-delta-e"} <= set(asset.shown)
@@ -86,6 +96,20 @@ def test_what_stays_when_the_seed_changes_is_no_noise(
 
     monkeypatch.setattr(Trial, "render", spoilt)
     assert codes(entry, "render/noise") == {expected}
+
+
+def test_a_cloth_that_pales_with_its_distance_is_found(
+    entry: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert codes(entry, "render/distance") == {"render/distance/pass"}
+    render = Trial.render
+
+    def paling(self: Trial, setting, **settings):
+        result = render(self, setting, **settings)
+        return replace(result, image=result.image * (1.3 if setting.span > 1 else 1.0))
+
+    monkeypatch.setattr(Trial, "render", paling)
+    assert codes(entry, "render/distance") == {"distance-color"}
 
 
 def test_without_a_renderer_its_checks_are_skipped_and_say_why(

@@ -48,6 +48,84 @@ the asset's folder. References of the layers are composed by OpenUSD, which open
 Where that ends without a report, the report has one finding, of status ERROR: `process-crashed`, or
 `process-late` when its time was up.
 
+Drafts, optics and differences of pictures are computed by code of the judge's own: not by that
+which made the textures, nor by that which renders them.
+
+## Profiles
+
+```
+weaveusd validate asset.usda                        # quick: files alone
+weaveusd validate asset.usda --profile standard     # and small renders
+weaveusd validate asset.usda --profile lookdev.toml --waivers waivers.toml --report out/report
+```
+
+| profile | what runs |
+| --- | --- |
+| `quick` | every check of the files; nothing is rendered. `publish` asks it of every asset |
+| `standard` | all checks; pictures of 96 pixels, 64 samples each |
+| `full` | all checks; pictures of 256 pixels, 256 samples each, and a tighter limit of color |
+
+`python benchmarks/validation.py` prints what they take. A profile is data. Every key but `name` may
+be left out; checks are named by id, by the part of it before the slash, or `all`:
+
+```toml
+name = "lookdev"
+about = "What lookdev signs."
+checks = ["all"]
+without = ["render/noise"]
+
+[render]
+size = 96           # pixels along the longer side of a picture
+spp = 64            # samples a pixel
+samples = 50000     # directions drawn for each test of a sampler
+
+[tolerance]
+delta_e = 2.0       # largest CIE ΔE2000 of the swatch to its prediction
+flip = 0.35         # mean FLIP of another network to the exact cloth that warns
+
+[limits]
+seconds = 600       # time for the process that judges
+memory_mb = 4096    # data that it may hold
+```
+
+A package adds one under a name of its own by an entry point of the group `weaveusd.profiles` that
+leads to the path of such a file:
+
+```toml
+[project.entry-points."weaveusd.profiles"]
+lookdev = "studio.profiles:LOOKDEV"    # LOOKDEV = Path(__file__).parent / "lookdev.toml"
+```
+
+## Waivers
+
+A finding may pass for a reason. It stays in the report, with the reason beside it, and no longer
+decides; `status` and `passed` are those of what is not waived. A waiver names a code, and a place
+where it is not meant for all. What broke down (ERROR) cannot be waived. One that is over or covers
+nothing is a finding itself: WARN `waiver-expired` or `waiver-unused`.
+
+```toml
+[[waiver]]
+code = "color-disagrees"
+where = "textures/base_color.exr"       # left out: every place
+reason = "The client chose the darker lot."
+by = "A. Weaver"                        # may be left out
+date = 2026-11-01
+until = 2027-02-01                      # the last day; left out: for ever
+```
+
+## Reports
+
+`--report DIR` writes `report.html`, `report.json` and `report.xml`, JUnit's form. The page has
+verdict, findings, renders, every channel, draft, lobes, yarns, the losses that the asset states,
+provenance and hashes. It loads nothing, runs no script and prints. A skip is shown as one and never
+counted as a pass. `make report` makes those of three cloths.
+
+![Verdict, findings, renders, networks beside the exact cloth, channels](figures/report.png)
+
+The swatch of `render/swatch` lies on black under an even white sky, seen at 8° to its normal from
+four sides. Its mean color is predicted from what is stated: each yarn counts by its share of the
+opacity, with `colorReached` and what its surface lobe mirrors, over frames of its texels.
+
 <!-- From here on written by weaveusd.validate.manual. -->
 """
 

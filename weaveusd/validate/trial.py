@@ -35,7 +35,8 @@ class Setting:
     """Light and eye: angles in degrees, from the swatch's normal and around it.
 
     `lamp` is the angle of a distant light, None for none; `sky` the radiance of a white dome.
-    `bed` lays the swatch on black.
+    `bed` lays the swatch on black. A picture shows `span` times as many repeats along either side
+    with a pixel for each `span`² of those of one.
     """
 
     tilt: float = 0.0
@@ -43,6 +44,7 @@ class Setting:
     sky: float = 1.0
     lamp: float | None = None
     bed: bool = True
+    span: int = 1
 
 
 class Trial:
@@ -65,7 +67,7 @@ class Trial:
         self._count += 1
         path = self._folder / f"trial_{self._count}.usda"
         width_mm, height_mm = write_stage(self._asset, setting, path)
-        size = self._asset.profile.size
+        size = self._asset.profile.size / setting.span
         scale = size / max(width_mm, height_mm)
         return render(
             path,
@@ -107,7 +109,8 @@ def write_stage(asset: OpenAsset, setting: Setting, path: Path) -> tuple[float, 
         lamp.CreateNormalizeAttr(True)
         # A distant light shines along -Z; 45° around, so that neither system is preferred.
         UsdGeom.XformCommonAPI(lamp).SetRotate(Gf.Vec3f(0, setting.lamp, 45))
-    seen = _seen(asset)
+    width_mm, height_mm = _seen(asset)
+    seen = width_mm * setting.span, height_mm * setting.span
     _eye(stage, setting, seen)
     stage.GetRootLayer().Save()
     return seen

@@ -39,6 +39,7 @@ from weaveusd.validate.checks import (  # noqa: I001
     furnace,
     swatch,
     preview,
+    distance,
     noise,
     manifest,
 )
@@ -48,6 +49,7 @@ __all__ = [
     "color_spaces",
     "color_tags",
     "cover",
+    "distance",
     "doors",
     "draft",
     "drawdown",

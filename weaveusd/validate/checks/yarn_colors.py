@@ -42,8 +42,8 @@ OWN = 0.2
 TONE = 0.12
 """Most relative change of a color's luminance for one ΔE of lightness, where it is dark."""
 
-STEP = 2
-"""Every second texel of every second row is looked at."""
+STEP, WIDE = 2, 512
+"""Every second texel of every second row is looked at, where the textures are so wide."""
 
 
 @check(
@@ -74,9 +74,11 @@ class YarnColors:
     def look(self, band: Band) -> None:
         """Add up the colors of each yarn, and count the texels that show it or another."""
         if self._known:
+            ids = band.pixels["yarn_id.png"]
+            step = STEP if ids.shape[1] >= WIDE else 1
             _add_colors(
-                band.pixels["yarn_id.png"][::STEP, ::STEP, 0],
-                band.words("base_color.exr")[::STEP, ::STEP],
+                ids[::step, ::step, 0],
+                band.words("base_color.exr")[::step, ::step],
                 HALVES,
                 self._own,
                 self._others,
