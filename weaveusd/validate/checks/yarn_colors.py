@@ -97,7 +97,7 @@ class YarnColors:
             if not texels:
                 continue
             mean = self._sums[k] / texels
-            # The mean of few uneven texels strays by its standard error, three of which are allowed.
+            # The mean of few uneven texels strays: three standard errors are allowed.
             astray = self._spread[k] * self._colors[k].max() / np.sqrt(texels)
             if np.abs(mean - self._colors[k]).max() > TOLERANCE + astray:
                 stated = _text(self._colors[k])
