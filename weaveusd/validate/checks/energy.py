@@ -42,12 +42,8 @@ GRAZING_DEG = 89.94
 )
 def energy(asset: OpenAsset) -> Iterator[Finding]:
     """No yarn, were it white, sends back more light than it receives, from any angle."""
-    names: dict[YarnOptics, list[str]] = {}
-    for yarn in asset.yarns:
-        if (optics := yarn_optics_of(asset, yarn)) is not None:
-            names.setdefault(optics, []).append(yarn)
     where = str(asset.material.GetPath())
-    for optics, yarns in names.items():
+    for optics, yarns in yarns_by_optics(asset).items():
         who = ", ".join(yarns[:8])
         shares = {
             (theta, phi): sum(scattered(optics, math.radians(theta), math.radians(phi)))
@@ -72,6 +68,15 @@ def _normalization(optics: YarnOptics) -> float:
     shares = [scattered(replace(optics, normalization=1.0), float(angle)) for angle in angles]
     surface, volume = (max(lobe) for lobe in zip(*shares, strict=True))
     return float((1 - surface) / max(volume, 1e-9))
+
+
+def yarns_by_optics(asset: OpenAsset) -> dict[YarnOptics, list[str]]:
+    """Return the yarns of each kind of optics, those left out whose numbers are undefined."""
+    names: dict[YarnOptics, list[str]] = {}
+    for yarn in asset.yarns:
+        if (optics := yarn_optics_of(asset, yarn)) is not None:
+            names.setdefault(optics, []).append(yarn)
+    return names
 
 
 def yarn_optics_of(asset: OpenAsset, yarn: str) -> YarnOptics | None:

@@ -11,6 +11,7 @@ from typing import Any
 import MaterialX
 
 from weaveusd.contract import CLOTH_SHADER_ID, EXACT_FILE, MATERIALX_FILE, MATERIALX_NODE_DIR
+from weaveusd.errors import InputError
 from weaveusd.stage import materialx_library, schema_dir
 from weaveusd.validate.checks.color_spaces import MATERIALX_NAMES
 from weaveusd.validate.model import Finding, Status
@@ -52,11 +53,16 @@ def _library_with_ours() -> Any:
     return library
 
 
-def _document(folder: Path, name: str, library: Any) -> Iterator[Finding]:
-    path = folder / name
+def read_document(path: Path) -> Any:
+    """Return the MaterialX document at `path`, what it includes left out.
+
+    Raises
+    ------
+    InputError
+        When it is missing, too large or no XML; the message does not name the file.
+    """
     if not path.is_file() or path.stat().st_size > MAX_BYTES:
-        yield BROKEN(f"expected a file of at most {MAX_BYTES} bytes", name)
-        return
+        raise InputError(f"expected a file of at most {MAX_BYTES} bytes")
     document = MaterialX.createDocument()
     options = MaterialX.XmlReadOptions()
     options.readXIncludeFunction = None
@@ -64,7 +70,15 @@ def _document(folder: Path, name: str, library: Any) -> Iterator[Finding]:
         text = path.read_text(encoding="utf-8")
         MaterialX.readFromXmlString(document, text, MaterialX.FileSearchPath(), options)
     except (MaterialX.ExceptionParseError, UnicodeDecodeError) as error:
-        yield BROKEN(" ".join(str(error).split()), name)
+        raise InputError(" ".join(str(error).split())) from None
+    return document
+
+
+def _document(folder: Path, name: str, library: Any) -> Iterator[Finding]:
+    try:
+        document = read_document(folder / name)
+    except InputError as error:
+        yield BROKEN(str(error), name)
         return
     spaces = {document.getColorSpace(), *_authored_spaces(document)}
     for space in sorted(spaces - set(MATERIALX_NAMES)):

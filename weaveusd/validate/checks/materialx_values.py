@@ -10,8 +10,9 @@ import MaterialX
 from pxr import Sdf, Usd, UsdShade
 
 from weaveusd.contract import MATERIALX_FILE
+from weaveusd.errors import InputError
 from weaveusd.stage import materialx_library
-from weaveusd.validate.checks.materialx import MAX_BYTES
+from weaveusd.validate.checks.materialx import read_document
 from weaveusd.validate.checks.shader import input_value
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
@@ -38,17 +39,10 @@ Stated = dict[tuple[str, str], set[Value]]
 def materialx_values(asset: OpenAsset) -> Iterator[Finding]:
     """Inputs that the document and the network in the stage both state have the same values."""
     name = asset.file_of_look(MATERIALX_FILE)
-    path = asset.folder / name
-    if not path.is_file() or path.stat().st_size > MAX_BYTES:
-        return  # materialx/document reports it
-    document = MaterialX.createDocument()
-    options = MaterialX.XmlReadOptions()
-    options.readXIncludeFunction = None
     try:
-        text = path.read_text(encoding="utf-8")
-        MaterialX.readFromXmlString(document, text, MaterialX.FileSearchPath(), options)
-    except (MaterialX.ExceptionParseError, UnicodeDecodeError):
-        return
+        document = read_document(asset.folder / name)
+    except InputError:
+        return  # materialx/document reports it
     document.setDataLibrary(materialx_library())
     in_document, in_stage = _of_document(document), _of_stage(asset.material)
     for key in sorted(in_document.keys() & in_stage.keys()):

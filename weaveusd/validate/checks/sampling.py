@@ -6,11 +6,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import asdict
 
-from weaveusd.validate.checks.energy import yarn_optics_of
+from weaveusd.validate.checks.energy import yarns_by_optics
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
-from weaveusd.validate.scattering import YarnOptics
 
 DENSITY = Code("pdf-not-one", Status.FAIL, "The density of sampling a yarn's light is not one.")
 SAMPLES = Code(
@@ -39,10 +38,7 @@ def sampling(asset: OpenAsset) -> Iterator[Finding]:
     """The density of each yarn's sampling is one in all, and its samples follow it."""
     from weaveusd.render import probe
 
-    names: dict[YarnOptics, list[str]] = {}
-    for yarn in asset.yarns:
-        if (optics := yarn_optics_of(asset, yarn)) is not None:
-            names.setdefault(optics, []).append(yarn)
+    names = yarns_by_optics(asset)
     where = str(asset.material.GetPath())
     trials = min(len(names), MOST) * len(ANGLES_DEG)
     for optics, yarns in list(names.items())[:MOST]:
