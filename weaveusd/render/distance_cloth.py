@@ -12,18 +12,20 @@ import numpy as np
 from weaveusd.render import distance, lobes
 from weaveusd.render.distance_levels import COLOR, FALL, FLAT, NUMBERS, RISE, Levels
 from weaveusd.render.exact import (
-    NULL,
-    REFLECTION,
-    TRANSMISSION,
     Cloth,
     allowed_sides,
     asked_yarn,
     lobes_share,
+    sample_record,
 )
 from weaveusd.render.packing import OPACITY
 
 SHARPNESS = 0.25
-"""Side of a cell over that of a pixel: samples lie all over the pixel by themselves."""
+"""Side of a cell over that of a pixel where yarns are still seen: samples lie all over the pixel by
+themselves. It is twice that from cells of a crossing on."""
+
+_YARNS_END = 1.0
+"""Level between which and the next the side grows; level 2 has cells of a crossing."""
 
 _CHANCES = 9
 _SHARES = (FLAT, RISE, FALL, NUMBERS + FLAT, NUMBERS + RISE, NUMBERS + FALL)
@@ -123,6 +125,7 @@ class DistantCloth(Cloth):
             self.repeats.x * self.repeats.y * self.finest
         )
         halvings = 0.5 * dr.log2(dr.maximum(dr.square(side) / dr.maximum(area, 1e-30), 1e-30))
+        halvings += dr.clip(halvings - _YARNS_END, 0, 1)
         halvings = dr.select(area > 0, halvings, -1)
         return dr.clip(dr.floor(halvings + chance), -1, self.top)
 
@@ -194,20 +197,7 @@ class DistantCloth(Cloth):
         )
         value, pdf = self._eval_pdf(ctx, si, wo, of)
         counts &= active & (pdf > 0)
-        reflected = wo.z * si.wi.z > 0
-
-        bs = mi.BSDFSample3f()
-        bs.wo = dr.select(passes, -si.wi, wo)
-        bs.pdf = dr.select(passes, 1 - share, dr.select(counts, pdf, 0))
-        bs.eta = 1.0
-        lobe = dr.select(
-            reflected,
-            mi.UInt32(int(mi.BSDFFlags.GlossyReflection)),
-            mi.UInt32(int(mi.BSDFFlags.GlossyTransmission)),
-        )
-        bs.sampled_type = dr.select(passes, mi.UInt32(int(mi.BSDFFlags.Null)), lobe)
-        component = dr.select(reflected, mi.UInt32(REFLECTION), mi.UInt32(TRANSMISSION))
-        bs.sampled_component = dr.select(passes, mi.UInt32(NULL), component)
+        bs = sample_record(si.wi, wo, passes, share, dr.select(counts, pdf, 0))
         weight = dr.select(counts, value / dr.maximum(pdf, 1e-20), 0)
         through = dr.select(share < 1, (1 - opacity) / dr.maximum(1 - share, lobes.TINY), 0)
         return bs, dr.select(passes, dr.select(active, mi.Color3f(through), 0), weight)

@@ -101,20 +101,7 @@ class Cloth:
         pdf = sampling.density(asked, fibre, direction)
         wo = fibre.vector(direction)
         allowed = active & allowed_sides(ctx, si.wi, wo, direction) & (pdf > 0)
-        reflected = wo.z * si.wi.z > 0
-
-        bs = mi.BSDFSample3f()
-        bs.wo = dr.select(passes, -si.wi, wo)
-        bs.pdf = dr.select(passes, 1 - share, dr.select(allowed, pdf * share, 0))
-        bs.eta = 1.0
-        lobe = dr.select(
-            reflected,
-            mi.UInt32(int(mi.BSDFFlags.GlossyReflection)),
-            mi.UInt32(int(mi.BSDFFlags.GlossyTransmission)),
-        )
-        bs.sampled_type = dr.select(passes, mi.UInt32(int(mi.BSDFFlags.Null)), lobe)
-        component = dr.select(reflected, mi.UInt32(REFLECTION), mi.UInt32(TRANSMISSION))
-        bs.sampled_component = dr.select(passes, mi.UInt32(NULL), component)
+        bs = sample_record(si.wi, wo, passes, share, dr.select(allowed, pdf * share, 0))
 
         # Where every event was enabled, share and opacity are one and cancel.
         weight = value * (opacity / dr.maximum(pdf * share, 1e-20))
@@ -122,6 +109,27 @@ class Cloth:
         weight = dr.select(passes, 0, dr.select(allowed, weight, 0))
         weight = dr.select(passes & active, mi.Color3f(through), weight)
         return bs, weight
+
+
+def sample_record(wi: Any, wo: Any, passes: Any, share: Any, pdf: Any) -> Any:
+    """Return Mitsuba's record of a sample: straight on where it `passes`, else `wo`, of the lobes.
+
+    `share` is the probability of the lobes, `pdf` their density at `wo`, that probability included.
+    """
+    reflected = wo.z * wi.z > 0
+    bs = mi.BSDFSample3f()
+    bs.wo = dr.select(passes, -wi, wo)
+    bs.pdf = dr.select(passes, 1 - share, pdf)
+    bs.eta = 1.0
+    lobe = dr.select(
+        reflected,
+        mi.UInt32(int(mi.BSDFFlags.GlossyReflection)),
+        mi.UInt32(int(mi.BSDFFlags.GlossyTransmission)),
+    )
+    bs.sampled_type = dr.select(passes, mi.UInt32(int(mi.BSDFFlags.Null)), lobe)
+    component = dr.select(reflected, mi.UInt32(REFLECTION), mi.UInt32(TRANSMISSION))
+    bs.sampled_component = dr.select(passes, mi.UInt32(NULL), component)
+    return bs
 
 
 def _frame(vector: Sequence[Any]) -> tuple[Any, Any]:
