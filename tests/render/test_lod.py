@@ -26,7 +26,9 @@ from weaveusd.render.packing import pack
 from weaveusd.render.run import render
 from weaveusd.render.scenes import dress, scene_path
 from weaveusd.shading.directions import pairs
+from weaveusd.shading.distance import evaluate
 from weaveusd.shading.normalization import normalization
+from weaveusd.synth.moments import moment_maps
 from weaveusd.synth.textures import synthesize
 from weaveusd.yarn.model import Optics
 from weaveusd.yarn.recipe import read_preset
@@ -44,7 +46,9 @@ class Woven:
 
     def __init__(self, notation: str, preset: str, *, dense: bool = False) -> None:
         cloth = weave(make_draft(notation), read_preset(preset))
-        self.arrays = dict(synthesize(cloth, resolution=TEXELS).whole())
+        self.weave = cloth
+        self.textures = synthesize(cloth, resolution=TEXELS)
+        self.arrays = dict(self.textures.whole())
         rows = [
             {
                 **{name: getattr(y.optics, name) for name in Optics.__slots__},
@@ -117,6 +121,17 @@ def test_a_tile_far_away_is_the_mean_of_its_texels_and_less_noisy(mi: Any, case:
     assert np.abs(found - truth).sum() / truth.sum() < 0.06
     assert abs(found.sum() / truth.sum() - 1) < 0.03
     assert noise.sum() / left.sum() > 3
+
+
+@pytest.mark.parametrize("case", [*CASES, GAPS])
+def test_a_tile_far_away_is_what_the_reference_for_footprints_says(mi: Any, case: Any) -> None:
+    wi, wo = pairs(100)
+    cloth = woven(*case)
+    maps = moment_maps(cloth.weave, cloth.textures, width=1, height=1)
+    expected = evaluate(wi, wo, [m.footprint(0, 0) for m in maps]).T
+    found, _ = means(mi, cloth.bsdf(99), wi, wo, 4096)
+    assert np.abs(found - expected).sum() / expected.sum() < 0.05
+    assert abs(found.sum() / expected.sum() - 1) < 0.03
 
 
 @pytest.mark.parametrize("level", [0, 1, 2])
