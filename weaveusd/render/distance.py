@@ -24,24 +24,10 @@ import mitsuba as mi
 
 from weaveusd.render import distance_levels as dl
 from weaveusd.render import lobes, sampling
-
-DRAWN = 2
-"""Strands of each system that are drawn for a hit."""
-
-ARCS = 4
-"""Arcs into which a class is cut; a strand lies in one of them."""
-
-STEEPEST = 0.9998
-"""The largest sin u: beyond it a yarn is seen by nobody."""
+from weaveusd.render.distance_frames import DRAWN, Frames, Section, arc_at, spaced
 
 SHORTEST = 1e-4
 """The least half length of an arc in radians, below which it is a point."""
-
-_MIXED = 16777216.0
-
-
-Frames = list[tuple[Any, Any]]
-"""Normal and tangent at the beginning, a place within and the end of an arc."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,13 +89,13 @@ def strands(
         yarn = lobes.LobeParameters(color, *optics[system])
         covered = numbers[dl.FLAT] + numbers[dl.RISE] + numbers[dl.FALL]
         for number in range(DRAWN):
-            x, twist, place = (_spaced(chance[3 * system + k], number) for k in range(3))
-            section = _Section(
+            x, twist, place = (spaced(chance[3 * system + k], number) for k in range(3))
+            section = Section(
                 dr.lerp(numbers[dl.X_LOW], numbers[dl.X_HIGH], x),
                 dr.lerp(numbers[dl.TWIST_LOW], numbers[dl.TWIST_HIGH], twist),
                 bend, flatness, is_weft=system == 1, mirror=mirror,
             )  # fmt: skip
-            frames = section.frames(_arc(numbers, place * covered))
+            frames = section.frames(arc_at(numbers, place * covered))
             found.append((covered * (1 / DRAWN), yarn, frames))
     return [_strand(*_or_texel(seen, *drawn, first=k == 0), wi) for k, drawn in enumerate(found)]
 
@@ -160,49 +146,6 @@ def coverage(of: Sequence[Strand]) -> Any:
     return dr.minimum(sum((strand.share for strand in of[1:]), of[0].share), 1)
 
 
-def uniforms(u: Any, v: Any, count: int) -> list[Any]:
-    """Return `count` numbers in 0…1 that are as good as random, of a place on the cloth."""
-    first, second = (mi.UInt32((w - dr.floor(w)) * _MIXED) for w in (u, v))
-    found: list[Any] = []
-    while len(found) < count:
-        first, second = mi.sample_tea_32(first, second, 4)
-        for number in (first, second):
-            found += [mi.Float(number & 0xFFFF) / 65536, mi.Float(number >> 16) / 65536]
-    return found[:count]
-
-
-@dataclass(frozen=True, slots=True)
-class _Section:
-    """A place on the yarns of a system: X, ψ, k and ρ, and how its frames turn to the cloth's."""
-
-    x: Any
-    twist: Any
-    bend: Any
-    flatness: Any
-    is_weft: bool
-    mirror: Any
-
-    def frames(self, arc: Sequence[Any]) -> Frames:
-        """Return normal and tangent at the beginning, a place within and the end of an arc of S."""
-        cos_v = dr.safe_sqrt(1 - dr.square(self.x))
-        side = self.flatness * self.x
-        scale = dr.rsqrt(dr.maximum(dr.square(side) + dr.square(cos_v), lobes.TINY))
-        side, up = side * scale, cos_v * scale
-        sin_t, cos_t = dr.sincos(self.twist)
-        stretch = (1 + self.bend) / (1 + self.bend * cos_v)
-        found: Frames = []
-        for s in arc:
-            sin_u = dr.clip(s * stretch, -STEEPEST, STEEPEST)
-            cos_u = dr.sqrt(1 - dr.square(sin_u))
-            along = (cos_t * cos_u + sin_t * side * sin_u, sin_t * side * cos_u - cos_t * sin_u)
-            normal = self._in_cloth(side, up * sin_u, up * cos_u)
-            found.append((normal, self._in_cloth(-sin_t * up, *along)))
-        return found
-
-    def _in_cloth(self, x: Any, y: Any, z: Any) -> Any:
-        return self.mirror * (mi.Vector3f(y, -x, z) if self.is_weft else mi.Vector3f(x, y, z))
-
-
 def _strand(share: Any, yarn: lobes.LobeParameters, frames: Frames, wi: Any) -> Strand:
     low, within, high = frames
     fibre = lobes.fibre(wi, *within)
@@ -246,26 +189,6 @@ def _or_texel(
     ]
     share = dr.select(seen.here, seen.opacity, share)
     return share, _select(seen.here, seen.yarn, yarn), turned
-
-
-def _spaced(chance: Any, number: int) -> Any:
-    """Return one of `DRAWN` numbers in 0…1 that lie evenly apart, each of them uniform."""
-    place = chance + number / DRAWN
-    return place - dr.floor(place)
-
-
-def _arc(numbers: Sequence[Any], place: Any) -> Sequence[Any]:
-    """Return begin, place and end in S of the arc at a place among the shares of a system."""
-    rises = place >= numbers[dl.FLAT]
-    falls = place >= numbers[dl.FLAT] + numbers[dl.RISE]
-    low = dr.select(falls, numbers[dl.FALL_LOW], numbers[dl.RISE_LOW])
-    high = dr.select(falls, numbers[dl.FALL_HIGH], numbers[dl.RISE_HIGH])
-    share = dr.select(falls, numbers[dl.FALL], numbers[dl.RISE])
-    within = place - numbers[dl.FLAT] - dr.select(falls, numbers[dl.RISE], 0)
-    along = ARCS * dr.clip(within / dr.maximum(share, lobes.TINY), 0, 0.99999994)
-    part = dr.floor(along)
-    ends = (dr.lerp(low, high, place / ARCS) for place in (part, along, part + 1))
-    return [dr.select(rises, s, 0) for s in ends]
 
 
 def _inclination(w: Any, t: Any) -> Any:

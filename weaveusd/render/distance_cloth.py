@@ -10,6 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from weaveusd.render import distance, lobes
+from weaveusd.render.distance_frames import uniforms
 from weaveusd.render.distance_levels import COLOR, FALL, FLAT, NUMBERS, RISE, Levels
 from weaveusd.render.exact import (
     Cloth,
@@ -132,7 +133,7 @@ class DistantCloth(Cloth):
     def place(self, si: Any, active: Any) -> tuple[Any, Any, list[Any]]:
         """Return where a level serves, the index of its cell, and uniform numbers."""
         u, v = si.uv.x * self.repeats.x, si.uv.y * self.repeats.y
-        chance = distance.uniforms(u, v, _CHANCES)
+        chance = uniforms(u, v, _CHANCES)
         level = self.level(si, chance[0])
         far = active & (level >= 0)
         index = mi.UInt32(dr.maximum(level, 0))
