@@ -1,6 +1,6 @@
 """Every example scene in a cloth that suits it, as a folder of pictures.
 
-python examples/gallery.py FOLDER [--width 640] [--spp 256] [SCENE …]
+python examples/gallery.py FOLDER [--width 640] [--spp 128] [SCENE …]
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ if __name__ == "__main__":
     parser.add_argument("folder", type=Path)
     parser.add_argument("scenes", nargs="*", metavar="SCENE", help="by default all")
     parser.add_argument("--width", type=int, default=640, help="pixels")
-    parser.add_argument("--spp", type=int, default=256, help="samples a pixel")
+    parser.add_argument("--spp", type=int, default=128, help="samples a pixel")
     given = parser.parse_args()
     for name in given.scenes:
         if name not in scene_names():
