@@ -10,7 +10,7 @@ READY := $(VENV)/.ready
 demo: $(READY) ## publish two cloths, render them, and say where the pictures are
 	$(BIN)/python examples/demo.py out/demo
 
-gallery: $(READY) ## render every example scene in a cloth that suits it, half an hour
+gallery: $(READY) ## render every example scene in a cloth that suits it, ten minutes
 	$(BIN)/python examples/gallery.py out/gallery
 
 report: $(READY) ## judge three cloths and write the page of each, a minute or two

@@ -90,13 +90,13 @@ def Camera "Eye"
 def DistantLight "Lamp"
 {{
     float inputs:angle = 0
-    float inputs:intensity = 4.6
+    float inputs:intensity = 3.3
     float3 xformOp:rotateXYZ = (-55, 0, 66)
     uniform token[] xformOpOrder = ["xformOp:rotateXYZ"]
 }}
 def DomeLight "Sky"
 {{
-    float inputs:intensity = 0.44
+    float inputs:intensity = 0.32
 }}
 """
 
