@@ -8,13 +8,15 @@ from pathlib import Path
 
 import pytest
 
+from weaveusd.contract import CHANNELS
+
 SCRIPT = Path(__file__).parents[1] / "examples" / "report.py"
 
 
 @pytest.mark.slow
 def test_the_reports_of_three_cloths_are_written(tmp_path: Path) -> None:
     done = subprocess.run(
-        [sys.executable, str(SCRIPT), str(tmp_path), "--profile", "quick", "--resolution", "128"],
+        [sys.executable, str(SCRIPT), str(tmp_path), "--profile", "quick", "--resolution", "512"],
         capture_output=True, text=True, check=True,
     )  # fmt: skip
     lines = done.stdout.splitlines()
@@ -22,4 +24,5 @@ def test_the_reports_of_three_cloths_are_written(tmp_path: Path) -> None:
     for line in lines:
         status, page = line.split(maxsplit=1)
         assert status == "PASS"
-        assert Path(page).stat().st_size > 100_000
+        text = Path(page).read_text(encoding="utf-8")
+        assert text.count("data:image/png;base64,") >= len(CHANNELS)
