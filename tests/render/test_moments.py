@@ -9,7 +9,7 @@ import pytest
 from pxr import Gf, UsdGeom, UsdLux, UsdUtils
 
 import weaveusd
-from tests.render.stages import add_camera, add_dome, add_mesh, new_stage, picture
+from tests.render.stages import add_camera, add_dome, add_mesh, middle, new_stage, picture
 from weaveusd.errors import InputError
 
 RED, GREEN = (0.8, 0.1, 0.1), (0.1, 0.8, 0.1)
@@ -21,11 +21,6 @@ def stage(tmp_path: Path) -> Any:
     add_dome(made)
     add_camera(made, fov=14)
     return made
-
-
-def middle(stage: Any, **more: Any) -> Any:
-    image, losses = picture(stage, 17, 64, **more)
-    return image[6:11, 6:11].mean(axis=(0, 1)), losses
 
 
 def test_points_colors_and_transforms_are_those_of_the_frame(mi: Any, stage: Any) -> None:

@@ -13,6 +13,7 @@ from tests.render.stages import (
     add_dome,
     add_mesh,
     bind,
+    middle,
     new_stage,
     picture,
     preview_material,
@@ -29,12 +30,6 @@ def stage(tmp_path: Path) -> Any:
     add_dome(made)
     add_camera(made, fov=14)
     return made
-
-
-def middle(stage: Any, **more: Any) -> Any:
-    """The mean of the pixels in the middle of a small picture."""
-    image, losses = picture(stage, 17, 64, **more)
-    return image[6:11, 6:11].mean(axis=(0, 1)), losses
 
 
 def shape_of(stage: Any) -> Any:
