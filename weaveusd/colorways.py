@@ -28,13 +28,7 @@ class Source:
 
 def read_recipe(*, preset: str | None, recipe: PathLike | None) -> Recipe:
     """Return the preset or the recipe file, whichever is given; raises InputError for both."""
-    from weaveusd.yarn import recipe as recipes
-
-    if preset is not None and recipe is None:
-        return recipes.read_preset(preset)
-    if recipe is not None and preset is None:
-        return recipes.read_recipe(recipe)
-    raise InputError("expected a preset or a recipe, exactly one of them")
+    return _source(preset, recipe).recipe
 
 
 def read_colorways(
@@ -92,8 +86,8 @@ def repainted(draft: Draft, palette: PathLike) -> Draft:
 
 
 def _source(preset: str | None, recipe: PathLike | None) -> Source:
-    from weaveusd.yarn.recipe import recipe_text
+    from weaveusd.yarn.recipe import recipe_with_text
 
-    return Source(
-        read_recipe(preset=preset, recipe=recipe), recipe_text(preset=preset, path=recipe)
-    )
+    if (preset is None) == (recipe is None):
+        raise InputError("expected a preset or a recipe, exactly one of them")
+    return Source(*recipe_with_text(preset=preset, path=recipe))

@@ -17,7 +17,7 @@ from weaveusd.yarn.colorimetry import (
     linear_from_lab,
     linear_from_reflectance,
 )
-from weaveusd.yarn.toml import read_table
+from weaveusd.yarn.toml import parse_table
 
 WAVELENGTHS = np.arange(380.0, 731.0, 10.0)
 # CIE Lab of sRGB's primaries and a gray under D65 and, by Bradford, D50 (published calculators).
@@ -32,8 +32,7 @@ BOTH_WHITES = {
 @pytest.fixture
 def color(tmp_path):
     def color(value: str):
-        (tmp_path / "recipe.toml").write_text(f"color = {value}\n", encoding="utf-8")
-        return read_color(read_table(tmp_path / "recipe.toml", "recipe.toml"), tmp_path)
+        return read_color(parse_table(f"color = {value}\n", "recipe.toml"), tmp_path)
 
     return color
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from weaveusd.errors import RecipeError
 from weaveusd.yarn.model import Recipe
 from weaveusd.yarn.spec import read_spec
-from weaveusd.yarn.toml import MAX_BYTES, Table, read_table, read_text
+from weaveusd.yarn.toml import MAX_BYTES, Table, parse_table, read_text
 
 PRESETS = Path(__file__).parent / "presets"
 MAX_SPECS = 64
@@ -20,19 +20,24 @@ def read_recipe(path: str | os.PathLike[str]) -> Recipe:
     Raises RecipeError with file, line and key for a key that is missing, unknown or out of
     its limits.
     """
-    return _recipe(read_table(Path(path), str(path)), Path(path).parent)
+    return recipe_with_text(path=path)[0]
 
 
-def recipe_text(*, preset: str | None = None, path: str | os.PathLike[str] | None = None) -> str:
-    """Return the TOML of a preset or of the recipe file `path`, whichever is given.
+def recipe_with_text(
+    *, preset: str | None = None, path: str | os.PathLike[str] | None = None
+) -> tuple[Recipe, str]:
+    """Return a preset or the recipe of the file `path`, and the TOML that it was parsed from.
 
     Raises RecipeError as `read_preset` and `read_recipe` do.
     """
     if preset is not None:
-        return read_text(_preset_file(preset), MAX_BYTES, f"preset {preset}")
-    if path is None:
+        file, place = _preset_file(preset), f"preset {preset}"
+    elif path is not None:
+        file, place = Path(path), str(path)
+    else:
         raise ValueError("expected a preset or a path")
-    return read_text(Path(path), MAX_BYTES, str(path))
+    text = read_text(file, MAX_BYTES, place)
+    return _recipe(parse_table(text, place), file.parent), text
 
 
 def preset_names() -> tuple[str, ...]:
@@ -42,7 +47,7 @@ def preset_names() -> tuple[str, ...]:
 
 def read_preset(name: str) -> Recipe:
     """Return the preset `name`; raises RecipeError that lists the presets there are."""
-    return _recipe(read_table(_preset_file(name), f"preset {name}"), PRESETS)
+    return recipe_with_text(preset=name)[0]
 
 
 def _preset_file(name: str) -> Path:

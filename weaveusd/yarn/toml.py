@@ -172,14 +172,11 @@ def read_text(path: Path, most: int, place: str, encoding: str = "utf-8") -> str
         raise RecipeError(f"{place}: not UTF-8 at byte {error.start}") from error
 
 
-def read_table(path: Path, file: str | None = None) -> Table:
-    """Return the root table of the TOML file `path`, called `file` in messages.
+def parse_table(text: str, file: str) -> Table:
+    """Return the root table of the TOML `text`, called `file` in messages.
 
-    Raises RecipeError when the file is missing, larger than `MAX_BYTES`, not UTF-8 or no TOML,
-    or has a line of more than `MAX_DOTS` dots.
+    Raises RecipeError when it is no TOML, or has a line of more than `MAX_DOTS` dots.
     """
-    file = file or str(path)
-    text = read_text(path, MAX_BYTES, file)
     for number, line in enumerate(text.split("\n"), 1):
         if (dots := line.count(".")) > MAX_DOTS:
             expected = f"expected at most {MAX_DOTS}"
