@@ -74,6 +74,72 @@ GAP = -1
 VECTOR_PNG_LEVELS = 65534
 """A component q of a vector in a 16-bit PNG is round((q/2 + 1/2) · 65534): 0 is exact."""
 
+# --- Moment maps: what the yarns do under a texel, for a cloth seen from afar -------------------
+
+SYSTEMS = ("warp", "weft")
+
+
+@dataclass(frozen=True, slots=True)
+class MomentMap:
+    """A map of one system of threads: what its four components hold, linear all of them.
+
+    S is the place along a float, X the place across the yarn, P the sine of the twist, as in
+    `synth.moments`. Each component is a mean over a texel, a the system's opacity in it.
+    """
+
+    name: str
+    components: tuple[str, str, str, str]
+    meaning: str
+
+
+MOMENT_MAPS: dict[str, MomentMap] = {
+    m.name: m
+    for m in (
+        MomentMap("slopes", ("a flat", "a rising", "a falling", "a X"),
+                  "shares of straight, rising and falling yarn, and the place across"),
+        MomentMap("along", ("a S rising", "a S² rising", "a S falling", "a S² falling"),
+                  "place along the float"),
+        MomentMap("across", ("a |X|", "a X²", "a P", "a P²"), "place across the yarn, and twist"),
+        MomentMap("albedo", ("a A red", "a A green", "a A blue", "a"),
+                  "albedo A of the fibre, premultiplied, and opacity"),
+        MomentMap("kinds", ("a kind 1", "a kind 2", "a kind 3", "a kind 4"),
+                  "opacity of the yarns of each kind; only of systems with unlike yarns"),
+    )
+}  # fmt: skip
+
+KINDS = "kinds"
+"""The map that a system lacks whose yarns scatter alike."""
+
+MAX_KINDS = 4
+"""Kinds of yarn that the maps of a system tell apart."""
+
+MOMENT_TEXELS_A_THREAD = 4
+"""Texels of a moment map from thread to thread, where the textures have as many."""
+
+MAX_MOMENT_TEXELS = 1 << 18
+"""Texels of a moment map; a cloth of more threads has fewer of them a thread."""
+
+
+def moment_file(system: str, name: str) -> str:
+    """Return the texture file of a moment map of `system`."""
+    return f"{system}_{name}.exr"
+
+
+def moment_input(system: str, name: str) -> str:
+    """Return the asset input of the shader for a moment map of `system`; assets may lack it."""
+    return f"{system}_{name}_file"
+
+
+def section_input(system: str) -> str:
+    """Return the shader's float2 of thickness over width and curvature of the yarns of `system`."""
+    return f"{system}_section"
+
+
+def kinds_input(system: str) -> str:
+    """Return the shader's int[] of the yarn ids, from 1, that stand for the kinds of `system`."""
+    return f"{system}_kinds"
+
+
 # --- The exact shader, on `outputs:mitsuba:surface` -------------------------------------------
 
 MITSUBA_CONTEXT = "mitsuba"
