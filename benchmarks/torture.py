@@ -100,7 +100,7 @@ def warm_up() -> None:
     for module in ("export.asset", "validate.checks", "validate.run"):
         import_module(f"weaveusd.{module}")
     recipe = pipeline.read_recipe(preset="linen", recipe=None)
-    pipeline.make_material(DRAFT, recipe, "cloth", patch=Patch(TEXELS), jobs=1)
+    pipeline.make_material(pipeline.read_draft(DRAFT), recipe, "cloth", patch=Patch(TEXELS), jobs=1)
 
 
 def forked(action: Callable[[], str | None]) -> tuple[int, int]:

@@ -274,7 +274,7 @@ def test_the_published_stage_looks_like_the_material_in_memory(preset, tmp_path,
     published = pictures(100)
 
     material = pipeline.make_material(
-        TWILL, read_preset(preset), done.asset.asset, patch=Patch(256)
+        pipeline.read_draft(TWILL), read_preset(preset), done.asset.asset, patch=Patch(256)
     )
     optics = [yarn.optics for yarn in material.weave.yarns]
     inputs = {

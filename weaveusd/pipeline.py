@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from weaveusd.colorways import read_recipe as read_recipe
 from weaveusd.errors import InputError
 from weaveusd.making import make_material as make_material
+from weaveusd.making import read_draft as read_draft
 from weaveusd.publishing import Publication as Publication
 from weaveusd.publishing import publish as publish
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from weaveusd.colorways import read_colorways
 from weaveusd.contract import COLOR_SPACES, DOORS
 from weaveusd.errors import InputError, ValidationFailedError
-from weaveusd.making import make_material
+from weaveusd.making import make_material, read_draft
 from weaveusd.patch import Patch
 
 if TYPE_CHECKING:
@@ -169,9 +169,10 @@ def publish(
     sources = read_colorways(preset, recipe, colorways or {})
     first = next(iter(sources))
     name = safe_name(name or f"{Path(draft).stem}_{sources[first].recipe.name}")
+    read = read_draft(draft, keep_personal=keep_personal)
     cloths = {
         colorway: make_material(
-            draft,
+            read,
             source.recipe,
             name,
             patch=patch,
@@ -179,13 +180,12 @@ def publish(
             palette=source.palette,
             seed=seed,
             color_space=space,
-            keep_personal=keep_personal,
             jobs=jobs,
         )
         for colorway, source in sources.items()
     }
     tell(0.05)
-    findings = [_recipe_finding(w) for cloth in cloths.values() for w in cloth.weave.warnings]
+    findings = _recipe_findings(cloths)
     also = [n for n, asked in (("exact", exact), ("glslfx", glslfx)) if asked] + [*other_doors]
     losses = losses_as_json(losses_of(cloths[first], also))
 
@@ -277,7 +277,18 @@ def _colors_out_of_reach(cloths: Mapping[str, ClothMaterial]) -> list[dict[str, 
     ]
 
 
-def _recipe_finding(message: str) -> dict[str, Any]:
+def _recipe_findings(cloths: Mapping[str, ClothMaterial]) -> list[dict[str, Any]]:
+    """Return every warning once; what the default does not have names the colorways that do."""
     from weaveusd.validate.model import Finding, Status
 
-    return Finding("recipe/kept", Status.WARN, "recipe-not-kept", message).as_dict()
+    having: dict[str, list[str]] = {}
+    for colorway, cloth in cloths.items():
+        for warning in cloth.weave.warnings:
+            having.setdefault(warning, []).append(colorway)
+    default = next(iter(cloths))
+    found = []
+    for warning, names in having.items():
+        where = "" if default in names else f"in the colorway {', '.join(names)}: "
+        finding = Finding("recipe/kept", Status.WARN, "recipe-not-kept", where + warning)
+        found.append(finding.as_dict())
+    return found

@@ -149,6 +149,32 @@ def test_recipes_of_other_setts_are_published_together_and_judged_each(published
     assert seen == {"linen", "wool", "cotton"}
 
 
+def recipe_file(path: Path, **stated: float) -> Path:
+    preset = Path(weaveusd.__file__).parent / "yarn" / "presets" / "linen.toml"
+    lines = [f"{key} = {value}" for key, value in stated.items()]
+    path.write_text("\n".join([*lines, preset.read_text(encoding="utf-8")]), encoding="utf-8")
+    return path
+
+
+def test_the_draft_is_read_once_and_what_colorways_share_is_warned_of_once(tmp_path, monkeypatch):
+    reads = []
+    monkeypatch.setattr(
+        "weaveusd.draft.wif.load_wif", lambda path: reads.append(path) or load_wif(path)
+    )
+    draft = load(TWILL)
+    rose = tmp_path / "rose.wif"
+    rose.write_bytes(write_wif(replace(draft, palette=1 - draft.palette)))
+    other = recipe_file(tmp_path / "other.toml", weight_g_m2=900)
+    done = weaveusd.publish(
+        TWILL, recipe=recipe_file(tmp_path / "first.toml", weight_g_m2=800), root=tmp_path / "r",
+        colorways={"rose": rose, "one": other, "two": other}, resolution=32,
+    )  # fmt: skip
+    assert reads == [TWILL, rose]
+    first, second = (f["message"] for f in done.findings if f["check"] == "recipe/kept")
+    assert first.startswith("recipe linen: stated 800 g/m²")
+    assert second.startswith("in the colorway one, two: recipe linen: stated 900 g/m²")
+
+
 def test_another_palette_repaints_the_draft_and_keeps_its_structure(tmp_path):
     draft = load(TWILL)
     rose = tmp_path / "rose.wif"

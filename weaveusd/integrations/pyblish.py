@@ -69,7 +69,8 @@ class ValidateWeaveCloth(pyblish.api.InstancePlugin):
         recipe = pipeline.read_recipe(preset=request.get("preset"), recipe=request.get("recipe"))
         sizes = ("resolution", "texels_per_mm", "repeats", "patch_mm")
         patch = Patch(*(request.get(size) for size in sizes))
-        pipeline.make_material(request["draft"], recipe, "cloth", patch=patch)
+        draft = pipeline.read_draft(request["draft"])
+        pipeline.make_material(draft, recipe, "cloth", patch=patch)
 
 
 class ExtractWeaveCloth(pyblish.api.InstancePlugin):
