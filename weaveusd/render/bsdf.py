@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 
@@ -26,6 +25,7 @@ from weaveusd.render.distance_levels import Levels
 from weaveusd.render.exact import Cloth
 from weaveusd.render.optics import YARN_INPUTS, yarn_table
 from weaveusd.render.packing import pack
+from weaveusd.render.plugin import plugin_base
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -110,11 +110,10 @@ def _register(variant: str) -> None:
 def _plugin_class(variant: str) -> type:
     """Return the plugin's class: it derives from the BSDF of one variant."""
 
-    class ClothBSDF(mi.BSDF):  # type: ignore[misc]
+    class ClothBSDF(plugin_base()):  # type: ignore[misc]
         """Mitsuba's side of `Cloth` for the variant of its creation."""
 
         def __init__(self, props: Any) -> None:
-            mi.BSDF.__init__(self, props)
             repeats = (props["repeats_u"], props["repeats_v"])
             texels = (props["packed"], props["optics"], repeats, props["gaussian"])
             self.cloth = DistantCloth(props, *texels) if "cells" in props else Cloth(*texels)
@@ -123,25 +122,7 @@ def _plugin_class(variant: str) -> type:
             reflection = mi.BSDFFlags.GlossyReflection | varying
             transmission = mi.BSDFFlags.GlossyTransmission | varying
             null = mi.BSDFFlags.Null | sides | mi.BSDFFlags.SpatiallyVarying
-            self.m_components = [int(reflection), int(transmission), int(null)]
-            self.m_flags = int(reflection | transmission | null)
-
-        def sample(
-            self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True
-        ) -> tuple[Any, Any]:
-            return self.cloth.sample(ctx, si, sample1, sample2, active)
-
-        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.cloth.eval_pdf(ctx, si, wo, active)[0]
-
-        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.cloth.eval_pdf(ctx, si, wo, active)[1]
-
-        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
-            return self.cloth.eval_pdf(ctx, si, wo, active)
-
-        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
-            return mi.Color3f(dr.select(active, 1 - self.cloth.opacity(si, active), 0))
+            super().__init__(props, self.cloth, (reflection, transmission, null))
 
         def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
             return self.cloth.color(si, active)

@@ -68,6 +68,10 @@ class Cloth:
         """Return the share of the interaction that is yarn."""
         return self.texel(si, active)[OPACITY]
 
+    def through(self, si: Any, active: Any) -> Any:
+        """Return what passes between the yarns."""
+        return mi.Color3f(dr.select(active, 1 - self.opacity(si, active), 0))
+
     def color(self, si: Any, active: Any) -> Any:
         """Return about what share of light comes back."""
         texel = self.texel(si, active)

@@ -16,6 +16,7 @@ import mitsuba as mi
 
 from weaveusd.render.field_texture import texture_of
 from weaveusd.render.layers import Layers
+from weaveusd.render.plugin import plugin_base
 from weaveusd.render.surface import Surface
 
 PLUGIN = "weaveusd_layered"
@@ -45,11 +46,10 @@ def _register(variant: str) -> None:
 def _plugin_class(variant: str) -> type:
     """Return the plugin's class: it derives from the BSDF of one variant."""
 
-    class LayeredBSDF(mi.BSDF):  # type: ignore[misc]
+    class LayeredBSDF(plugin_base()):  # type: ignore[misc]
         """Mitsuba's side of `Layers` for the variant of its creation."""
 
         def __init__(self, props: Any) -> None:
-            mi.BSDF.__init__(self, props)
             clear = bool(props["clear_base"])
             self.layers = Layers({n: props[n] for n in _INPUTS if n in props}, clear)
             sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.SpatiallyVarying
@@ -61,27 +61,7 @@ def _plugin_class(variant: str) -> type:
             ]
             if clear:
                 components.append(mi.BSDFFlags.Null | sides)
-            self.m_components = [int(c) for c in components]
-            self.m_flags = 0
-            for component in self.m_components:
-                self.m_flags |= component
-
-        def sample(
-            self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True
-        ) -> tuple[Any, Any]:
-            return self.layers.sample(ctx, si, sample1, sample2, active)
-
-        def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.layers.eval_pdf(ctx, si, wo, active)[0]
-
-        def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
-            return self.layers.eval_pdf(ctx, si, wo, active)[1]
-
-        def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
-            return self.layers.eval_pdf(ctx, si, wo, active)
-
-        def eval_null_transmission(self, si: Any, active: Any = True) -> Any:
-            return self.layers.through(si, active)
+            super().__init__(props, self.layers, components)
 
         def traverse(self, callback: Any) -> None:
             for name, texture in self.layers.textures.items():
