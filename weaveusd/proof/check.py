@@ -36,7 +36,7 @@ DENSITY_LIMIT = 1e-5
 """How far ∫ pdf may be from 1: the quadrature's own error."""
 
 SINGLE_DENSITY_LIMIT = 1e-4
-"""The same for Dr.Jit, whose sampler weighs its lobes otherwise: single precision."""
+"""The same for Dr.Jit: single precision."""
 
 ALBEDO_LIMIT = 1 + 1e-6
 RECIPROCITY_LIMIT = 1e-9

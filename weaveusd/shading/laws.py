@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from weaveusd.shading.microcylinder import evaluate, lobes, pdf
+from weaveusd.shading.microcylinder import evaluate, lobes
+from weaveusd.shading.sampling import pdf
 
 if TYPE_CHECKING:
     from collections.abc import Callable
