@@ -110,8 +110,7 @@ def encode_alone(folder: Path, repeat_mm: tuple[float, float]) -> dict[str, Any]
     import numpy as np
 
     from weaveusd.contract import CHANNELS
-    from weaveusd.export.textures import _open
-    from weaveusd.synth.model import TextureSet
+    from weaveusd.export.textures import open_texture
     from weaveusd.validate.textures import TextureFolder
 
     source = TextureFolder(folder)
@@ -121,9 +120,11 @@ def encode_alone(folder: Path, repeat_mm: tuple[float, float]) -> dict[str, Any]
             for file in channel.files:
                 bands = [band.pixels[file] for band in source.bands(file)]
                 header = source.header(file)
-                like = TextureSet(header.width, header.height, repeat_mm, 0, lambda a, b: {})
+                size = header.width, header.height
                 before = time.process_time()
-                with _open(like, channel, Path(scratch, file), "lin_rec709") as out:
+                with open_texture(
+                    Path(scratch, file), channel, size, repeat_mm, "lin_rec709"
+                ) as out:
                     for rows in bands:
                         out.write(np.ascontiguousarray(rows))
                 seconds += time.process_time() - before

@@ -28,14 +28,19 @@ from weaveusd.contract import (
     CLOTH_SHADER_ID,
     DEFAULT_ST,
     MITSUBA_CONTEXT,
+    MOMENT_MAPS,
     SHADER_FILES,
     SHADER_UV_SCALE,
     SHADER_VARNAME,
     SHADER_YARN_ARRAYS,
+    SYSTEMS,
     YARN_API,
     YARN_ATTRIBUTES,
     YARN_NAMESPACE,
     Attribute,
+    kinds_input,
+    moment_input,
+    section_input,
 )
 
 FOLDER = Path(__file__).resolve().parents[1] / "schemas" / "weaveCloth"
@@ -132,6 +137,8 @@ def shader_layer() -> Sdf.Layer:
     meanings = {name: c.meaning for c in CHANNELS.values() for name in c.files}
     for name, file in SHADER_FILES.items():
         _add_input(shader, name, types.Asset, f"Texture: {meanings[file]}.", Sdf.AssetPath())
+    for system in SYSTEMS:
+        _add_moment_inputs(shader, system)
     for name, meaning in SHADER_YARN_ARRAYS.items():
         _add_input(shader, name, types.FloatArray, f"For each yarn: {meaning}.", [])
     _add_input(
@@ -150,6 +157,33 @@ def shader_layer() -> Sdf.Layer:
     )
     Sdf.AttributeSpec(shader, "outputs:surface", types.Token)
     return layer
+
+
+def _add_moment_inputs(shader: Sdf.PrimSpec, system: str) -> None:
+    types = Sdf.ValueTypeNames
+    for moment_map in MOMENT_MAPS.values():
+        doc = f"Moment map of the {system}: {moment_map.meaning}. " + ", ".join(
+            f"{letter} = {component}"
+            for letter, component in zip("RGBA", moment_map.components, strict=True)
+        )
+        name = moment_input(system, moment_map.name)
+        _add_input(shader, name, types.Asset, f"{doc}.", Sdf.AssetPath())
+    _add_input(
+        shader,
+        section_input(system),
+        types.Float2,
+        f"Thickness over width of the {system} yarns, and their half thickness over the radius in "
+        "which they bend: what the moment maps are written in. 0 where there are no maps.",
+        Gf.Vec2f(0),
+    )
+    _add_input(
+        shader,
+        kinds_input(system),
+        types.IntArray,
+        f"Ids of the yarns, from 1, that stand for the kinds of {system} yarn, in the order of "
+        "the components of the map of kinds.",
+        [],
+    )
 
 
 def _schema_class(layer: Sdf.Layer, name: str, doc: str, data: dict[str, str]) -> Sdf.PrimSpec:

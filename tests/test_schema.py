@@ -21,6 +21,7 @@ from weaveusd.contract import (
     SHADER_YARN_ARRAYS,
     YARN_API,
     YARN_ATTRIBUTES,
+    moment_inputs,
 )
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -107,5 +108,6 @@ def test_sdr_learns_the_exact_shader_with_its_types():
     expected = dict.fromkeys(SHADER_FILES, names.Asset)
     expected |= dict.fromkeys(SHADER_YARN_ARRAYS, names.FloatArray)
     expected |= {SHADER_UV_SCALE: names.Float2, SHADER_VARNAME: names.String}
+    expected |= {name: names.Find(kind) for name, kind in moment_inputs().items()}
     assert types == expected
     assert list(node.GetShaderOutputNames()) == ["surface"]

@@ -98,7 +98,7 @@ def test_materialx_nodes_and_our_own_are_known_after_teaching() -> None:
     node = Sdr.Registry().GetShaderNodeByIdentifier("ND_open_pbr_surface_surfaceshader")
     assert "geometry_tangent" in node.GetShaderInputNames()
     ours = Sdr.Registry().GetShaderNodeByIdentifier(contract.CLOTH_SHADER_ID)
-    expected = {*contract.SHADER_FILES, *contract.SHADER_YARN_ARRAYS}
+    expected = {*contract.SHADER_FILES, *contract.SHADER_YARN_ARRAYS, *contract.moment_inputs()}
     assert set(ours.GetShaderInputNames()) == expected | {
         contract.SHADER_UV_SCALE,
         contract.SHADER_VARNAME,

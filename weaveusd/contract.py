@@ -84,7 +84,8 @@ class MomentMap:
     """A map of one system of threads: what its four components hold, linear all of them.
 
     S is the place along a float, X the place across the yarn, P the sine of the twist, as in
-    `synth.moments`. Each component is a mean over a texel, a the system's opacity in it.
+    `synth.moments`. Each component is a mean over a texel, a the system's opacity in it: 0
+    everywhere for a system that never shows, which has its maps all the same.
     """
 
     name: str
@@ -136,8 +137,23 @@ def section_input(system: str) -> str:
 
 
 def kinds_input(system: str) -> str:
-    """Return the shader's int[] of the yarn ids, from 1, that stand for the kinds of `system`."""
+    """Return the shader's int[] of the yarn ids, from 1, that stand for the kinds of `system`.
+
+    There is at least one, and a map of kinds where there are several.
+    """
     return f"{system}_kinds"
+
+
+def moment_inputs() -> dict[str, str]:
+    """Return the Sdf type of every input of the shader that the moment maps need, by name."""
+    inputs = {moment_input(s, name): "asset" for s in SYSTEMS for name in MOMENT_MAPS}
+    sections = dict.fromkeys(map(section_input, SYSTEMS), "float2")
+    return inputs | sections | dict.fromkeys(map(kinds_input, SYSTEMS), "int[]")
+
+
+def moment_names(kinds: int) -> tuple[str, ...]:
+    """Return the names of the maps of a system that has so many kinds of yarn."""
+    return tuple(name for name in MOMENT_MAPS if name != KINDS or kinds > 1)
 
 
 # --- The exact shader, on `outputs:mitsuba:surface` -------------------------------------------
@@ -199,7 +215,7 @@ class Attribute:
     """An attribute of our schema: base name in its namespace, Sdf type, unit, meaning.
 
     `hard` are the limits that a value never leaves, (low, high), None where open. `group` is
-    under what interfaces show it.
+    under what interfaces show it. Assets of older versions lack what is `optional`.
     """
 
     name: str
@@ -209,6 +225,7 @@ class Attribute:
     hard: tuple[float | None, float | None] = (None, None)
     tokens: tuple[str, ...] = ()
     group: str = ""
+    optional: bool = False
 
 
 def _group(name: str, *attributes: Attribute) -> tuple[Attribute, ...]:
@@ -259,11 +276,18 @@ CLOTH_ATTRIBUTES: tuple[Attribute, ...] = (
         Attribute("colorSpace", "token", "",
                   "color space of base_color.exr and of the yarns' colors",
                   tokens=COLOR_SPACES),
-        Attribute("textures", "asset[]", "", "every texture of the cloth"),
+        Attribute("textures", "asset[]", "", "every texture of the cloth but its moment maps"),
         Attribute("textureWidth", "int", "texels", "texels of the repeat along the weft",
                   (1, None)),
         Attribute("textureHeight", "int", "texels", "texels of the repeat along the warp",
                   (1, None)),
+        Attribute("momentMaps", "asset[]", "",
+                  "every moment map of the cloth: how its yarns lie, for a cloth seen from afar",
+                  optional=True),
+        Attribute("momentWidth", "int", "texels", "texels of a moment map along the weft",
+                  (1, None), optional=True),
+        Attribute("momentHeight", "int", "texels", "texels of a moment map along the warp",
+                  (1, None), optional=True),
         Attribute("yarns", "token[]", "", "instances of WeaveYarnAPI in the order of the yarn ids"),
     ),
 )  # fmt: skip

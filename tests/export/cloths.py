@@ -6,9 +6,11 @@ import numpy as np
 
 from weaveusd.cloth.model import Floats, Weave
 from weaveusd.contract import CHANNELS, GAP
+from weaveusd.export.moments import moment_files
 from weaveusd.shading.material import (
     ClothMaterial,
     FitErrors,
+    FitsAfar,
     Provenance,
     StandardFit,
     StandardFits,
@@ -108,8 +110,18 @@ def texture_set(width: int = 32, height: int = 48) -> TextureSet:
     return TextureSet(width, height, REPEAT_MM, 7, band)
 
 
+def texture_files() -> set[str]:
+    """Return the names of the textures that an asset of a cloth has, moment maps too."""
+    channels = {file for channel in CHANNELS.values() for file in channel.files}
+    return channels | set(moment_files(plain_weave()))
+
+
 FIT = StandardFit(alpha_along=0.2, alpha_across=0.8, f0=0.045)
-FITS = StandardFits(FIT, (FIT, FIT), StandardFit(0.4, 0.4, 0.045), FitErrors(0.2, 0.25, 0.4))
+ROUND = StandardFit(0.4, 0.4, 0.045)
+FITS = StandardFits(
+    FIT, (FIT, FIT), ROUND, (ROUND, ROUND), FitsAfar(FIT, "warp", ROUND),
+    FitErrors(0.2, 0.25, 0.4, 0.3, 0.4),
+)  # fmt: skip
 PER_YARN = {"roughness": (0.7, 0.6), "anisotropy": (0.75, 0.5)}
 
 

@@ -13,21 +13,25 @@ from pathlib import Path
 import pytest
 from pxr import Sdf, Sdr, Usd, UsdGeom, UsdShade, UsdUtils, UsdValidation
 
-from tests.export.cloths import FIT, FITS, cloth, yarn
+from tests.export.cloths import FIT, FITS, cloth, texture_files, yarn
 from weaveusd import stage as stages
 from weaveusd.contract import (
-    CHANNELS,
     CLOTH_API,
     CLOTH_ATTRIBUTES,
     CLOTH_SHADER_ID,
+    KINDS,
     MTLX_SURFACES,
     MTLX_VARIANTS,
     SHADER_FILES,
     SHADER_YARN_ARRAYS,
     YARN_API,
     YARN_ATTRIBUTES,
+    kinds_input,
+    moment_input,
+    section_input,
 )
 from weaveusd.export.asset import write_asset
+from weaveusd.export.moments import system_maps
 from weaveusd.shading.material import ClothMaterial, StandardFit
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -81,7 +85,7 @@ def asset_paths(layer: Sdf.Layer) -> list[str]:
 def test_the_folder_holds_the_files_of_the_contract(folder):
     assert sorted(listing(folder)) == sorted(
         ["README.md", "draft.wif", "look.usda", "material.mtlx", "plain.usda", "recipe.toml"]
-        + [f"textures/{file}" for channel in CHANNELS.values() for file in channel.files]
+        + [f"textures/{file}" for file in texture_files()]
     )
 
 
@@ -341,6 +345,24 @@ def test_the_exact_shader_names_its_textures_and_the_optics_of_each_yarn(materia
     for name in SHADER_YARN_ARRAYS:
         assert len(shader.GetInput(name).Get()) == 2
     assert list(shader.GetInput("normalization").Get()) == pytest.approx([1.8608, 1.75])
+
+
+def test_the_exact_shader_names_the_moment_maps_their_sections_and_the_kinds_of_yarn(
+    material, folder
+):
+    shader = surface(material, "mitsuba")
+    found = []
+    for maps in system_maps(cloth().weave):
+        for name, file in zip(maps.names, maps.files, strict=True):
+            found.append(shader.GetInput(moment_input(maps.system, name)).Get().path)
+            assert found[-1] == f"./textures/{file}"
+            assert (folder / found[-1]).is_file()
+        section = shader.GetInput(section_input(maps.system)).Get()
+        assert tuple(section) == (maps.flatness, maps.curvature)
+        assert tuple(shader.GetInput(kinds_input(maps.system)).Get()) == maps.kinds
+        assert not shader.GetInput(moment_input(maps.system, KINDS))
+    listed = material.GetPrim().GetAttribute("weave:momentMaps").Get()
+    assert [asset.path for asset in listed] == found
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,8 @@ import pytest
 from pxr import Sdf, Usd, UsdShade, UsdUtils
 
 import weaveusd
-from tests.export.cloths import cloth, texels
-from weaveusd.contract import CHANNELS, COLORWAYS
+from tests.export.cloths import cloth, texels, texture_files
+from weaveusd.contract import COLORWAYS
 from weaveusd.draft.wif import load_wif, parse_wif
 from weaveusd.draft.write import write_wif
 from weaveusd.errors import InputError
@@ -59,15 +59,16 @@ def file_of(stage: Usd.Stage, name: str) -> str:
 
 def test_a_colorway_has_its_own_look_and_only_the_textures_that_differ(folder):
     own = {path.name for path in (folder / "textures" / "blue").iterdir()}
-    assert own == {"base_color.exr", "base_color.png"}
+    assert own == {
+        "base_color.exr", "base_color.png", "warp_albedo.exr", "weft_albedo.exr"
+    }  # fmt: skip
     files = {path.name for path in folder.iterdir() if path.is_file()}
     assert files == {
         "README.md", "draft.wif", "plain.usda",
         "look.usda", "material.mtlx", "recipe.toml",
         "look.blue.usda", "material.blue.mtlx", "recipe.blue.toml",
     }  # fmt: skip
-    shared = {f for c in CHANNELS.values() for f in c.files}
-    assert {p.name for p in (folder / "textures").iterdir() if p.is_file()} == shared
+    assert {p.name for p in (folder / "textures").iterdir() if p.is_file()} == texture_files()
 
 
 def test_the_variant_chooses_the_look_and_shares_its_structure(folder):
@@ -186,7 +187,8 @@ def test_another_palette_repaints_the_draft_and_keeps_its_structure(tmp_path):
     folder = done.asset.folder
     own = {path.name for path in (folder / "textures" / "rose").iterdir()}
     assert {"base_color.exr", "base_color.png"} <= own
-    assert own <= {"base_color.exr", "base_color.png", "roughness.png", "anisotropy.png"}
+    colored = {"base_color.exr", "base_color.png", "warp_albedo.exr", "weft_albedo.exr"}
+    assert own <= {*colored, "roughness.png", "anisotropy.png"}
     repainted = load(folder / "draft.rose.wif")
     np.testing.assert_allclose(repainted.palette, 1 - draft.palette, atol=1e-4)
     assert repainted.title == draft.title

@@ -12,10 +12,9 @@ import numpy as np
 import pytest
 from pxr import Ar, Sdf, Usd, UsdGeom, UsdShade, UsdValidation
 
-from tests.export.cloths import REPEAT_MM, cloth
+from tests.export.cloths import REPEAT_MM, cloth, texture_files
 from tests.web.tools import browser, run_node
 from weaveusd import stage as stages
-from weaveusd.contract import CHANNELS
 from weaveusd.errors import WeaveusdError
 from weaveusd.export import package as packages
 from weaveusd.export.asset import write_asset
@@ -61,7 +60,7 @@ def test_it_is_stored_aligned_and_the_layer_comes_first(package):
 
 def test_every_texture_is_in_it_to_the_last_bit(asset, package):
     with zipfile.ZipFile(package) as archive:
-        textures = {f"textures/{file}" for channel in CHANNELS.values() for file in channel.files}
+        textures = {f"textures/{file}" for file in texture_files()}
         assert set(archive.namelist()) == textures | {"plain.usdc"}
         for name in textures:
             assert archive.read(name) == (asset / name).read_bytes(), name

@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.synth.moments_by_numpy import channels, texel_moments
 from tests.weaves import plain, satin, twill, woven
 from weaveusd.synth import moments as m
 from weaveusd.synth.boxes import reduced
-from weaveusd.synth.moments import moment_maps, sections
+from weaveusd.synth.moments import map_size, moment_maps, sections
 from weaveusd.synth.textures import synthesize
 from weaveusd.yarn.recipe import read_preset
 
@@ -63,6 +64,27 @@ def test_the_moments_of_a_union_are_the_mean_of_those_of_its_parts(preset):
         np.testing.assert_allclose(last.albedo, one.albedo, atol=1e-6)
 
 
+@pytest.mark.parametrize("size", [(1, 1), (7, 5), (16, 12), (48, 37), (44, 48)])
+def test_the_compiled_loop_adds_what_the_definition_says(size):
+    weave, gains = woven(twill(), "linen"), (1.2, 0.9)
+    textures = synthesize(weave, resolution=48)
+    width, height = min(size[0], textures.width), min(size[1], textures.height)
+    found = moment_maps(weave, textures, width=width, height=height, gains=gains)
+    expected = channels(textures.whole(), weave, width, height, gains)
+    for maps, wanted in zip(found, expected, strict=True):
+        got = np.concatenate([maps.moments, maps.albedo, maps.share], -1)
+        np.testing.assert_allclose(got, wanted, atol=1e-7)
+
+
+def test_maps_that_are_published_have_four_texels_a_thread_and_no_more_than_are_bounded():
+    draft = woven(twill())
+    assert map_size(draft, (1024, 1024)) == (16, 16)
+    assert map_size(draft, (1024, 11)) == (16, 11)
+    large = replace(draft, warp_up=np.ones((300, 2000), bool))
+    assert map_size(large, (4096, 4096)) == (512, 150)
+    assert map_size(replace(draft, warp_up=np.ones((1, 90_000), bool)), (8192, 8)) == (8192, 4)
+
+
 def test_levels_halve_down_to_one_texel():
     warp, _ = maps_of(woven(plain()), 12, 5)
     sizes = [level.share.shape[:2] for level in warp.levels()]
@@ -108,7 +130,7 @@ def test_a_turned_cloth_exchanges_warp_and_weft():
         x, y, z = np.moveaxis(turned[name], -1, 0)
         turned[name] = np.stack([y, -x, z], -1)
     turned["system"] = np.where(turned["system"] < 0, -1, 1 - turned["system"])
-    found = m.texel_moments(turned, warp.section, weft=True)
+    found = texel_moments(turned, warp.section, weft=True)
     np.testing.assert_allclose(np.rot90(warp.moments, -1), found, atol=1e-6)
 
 
@@ -116,7 +138,7 @@ def test_a_fibre_told_backwards_is_the_same_fibre():
     texels, (_, weft) = finest(woven(twill(), "linen"))
     back = {**texels, "tangent": -texels["tangent"]}
     np.testing.assert_allclose(
-        m.texel_moments(back, weft.section, weft=True), weft.moments, atol=1e-6
+        texel_moments(back, weft.section, weft=True), weft.moments, atol=1e-6
     )
 
 
@@ -152,6 +174,29 @@ def test_bands_and_jobs_do_not_change_a_bit(monkeypatch):
     for one, other in zip(whole, moment_maps(weave, textures, width=9, height=7), strict=True):
         assert one.moments.tobytes() == other.moments.tobytes()
         assert one.albedo.tobytes() == other.albedo.tobytes()
+
+
+def test_sums_take_each_row_once():
+    weave = woven(plain())
+    textures = synthesize(weave, resolution=16)
+    sums = m.MomentSums(weave, (textures.width, textures.height), width=4, height=4)
+    with pytest.raises(ValueError, match=f"0 rows, expected {textures.height}"):
+        sums.maps()
+    sums.add(textures.whole())
+    with pytest.raises(ValueError, match="expected at most"):
+        sums.add(textures.band(0, 1))
+
+
+def test_a_system_that_never_shows_has_maps_of_nothing():
+    weave = woven(twill(), "polyester")
+    textures = synthesize(weave, resolution=16)
+    bare = {**(texels := textures.whole()), "opacity": np.where(texels["system"] == 1, 0, 1)}
+    sums = m.MomentSums(weave, (textures.width, textures.height), width=4, height=4)
+    sums.add({name: np.asarray(array, np.float32) for name, array in bare.items()})
+    warp, weft = sums.maps()
+    assert warp.share.any()
+    assert not weft.moments.any()
+    assert not weft.share.any()
 
 
 def test_maps_are_read_only_and_no_larger_than_the_textures():

@@ -22,6 +22,7 @@ from weaveusd.export.glslfx import glslfx_text
 from weaveusd.export.layers import define_prim
 from weaveusd.export.look import define_look
 from weaveusd.export.materialx import write_materialx
+from weaveusd.export.moments import moment_files, moment_sums, write_moment_maps
 from weaveusd.export.names import safe_name
 from weaveusd.export.network_mitsuba import optics_of
 from weaveusd.export.readme import readme_text
@@ -85,7 +86,7 @@ def write_asset(
         share = _shared(progress, index, len(looks))
         covers.append(_write_textures(cloth, folder / at.folder, jobs, share))
         repainted = cloth.provenance.draft_wif != material.provenance.draft_wif
-        files.append(replace(_without_twins(folder, at), own_draft=repainted))
+        files.append(replace(_without_twins(cloth, folder, at), own_draft=repainted))
         _write_look(cloth, folder, files[-1], covers[-1], glslfx="glslfx" in also)
         if "exact" in also:
             write_exact(cloth, folder, files[-1])
@@ -133,31 +134,36 @@ def _shared(progress: Progress | None, index: int, count: int) -> Progress | Non
 def _write_textures(
     material: ClothMaterial, folder: Path, jobs: int | None, progress: Progress | None
 ) -> float:
-    """Write the textures into the new `folder` and return the mean of the opacity."""
+    """Write textures and moment maps into the new `folder`; return the mean of the opacity."""
     folder.mkdir()
+    sums = moment_sums(material)
     shadings = [standard_shading(fit) for fit in material.fits.yarns]
     per_yarn = {
         "roughness": [shading.openpbr_roughness for shading in shadings],
         "anisotropy": [shading.openpbr_anisotropy for shading in shadings],
     }
-    return write_textures(
+    cover = write_textures(
         material.textures,
         folder,
         per_yarn,
         color_space=material.color_space,
+        also=[sums.add],
         jobs=jobs,
         progress=progress,
     )
+    write_moment_maps(sums.maps(), folder, material.textures.repeat_mm, material.color_space)
+    return cover
 
 
-def _without_twins(folder: Path, files: LookFiles) -> LookFiles:
+def _without_twins(material: ClothMaterial, folder: Path, files: LookFiles) -> LookFiles:
     """Remove the textures of a colorway that are those of the default, and say which it keeps."""
     if not files.colorway:
         return files
     own = set()
-    for file in (name for channel in CHANNELS.values() for name in channel.files):
-        path = folder / files.folder / file
-        if filecmp.cmp(path, folder / TEXTURE_DIR / file, shallow=False):
+    textures = (name for channel in CHANNELS.values() for name in channel.files)
+    for file in (*textures, *moment_files(material.weave)):
+        path, twin = folder / files.folder / file, folder / TEXTURE_DIR / file
+        if twin.exists() and filecmp.cmp(path, twin, shallow=False):
             path.unlink()
         else:
             own.add(file)

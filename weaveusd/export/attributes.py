@@ -11,7 +11,9 @@ from weaveusd.cloth import measures
 from weaveusd.cloth.floats import longest_float
 from weaveusd.contract import CHANNELS
 from weaveusd.export.files import CLOTH_ITSELF
+from weaveusd.export.moments import moment_files
 from weaveusd.export.names import instance_names
+from weaveusd.synth.moments import map_size
 
 if TYPE_CHECKING:
     from weaveusd.export.files import LookFiles
@@ -32,6 +34,7 @@ def cloth_values(
     """
     weave, textures, source = material.weave, material.textures, material.provenance
     width, height = weave.repeat_mm
+    moment_width, moment_height = map_size(weave, (textures.width, textures.height))
     return {
         "draftTitle": plain_text(source.draft_title),
         "draftSha256": source.draft_sha256,
@@ -63,6 +66,9 @@ def cloth_values(
         ),
         "textureWidth": textures.width,
         "textureHeight": textures.height,
+        "momentMaps": tuple(files.anchored(file) for file in moment_files(weave)),
+        "momentWidth": moment_width,
+        "momentHeight": moment_height,
         "yarns": instance_names(yarn.name for yarn in weave.yarns),
     }
 

@@ -65,7 +65,7 @@ class LookFiles:
         return f"{TEXTURE_DIR}/{self.colorway}" if self.colorway else TEXTURE_DIR
 
     def texture(self, file: str) -> str:
-        """Return the path of the texture called `file` in `contract.CHANNELS`."""
+        """Return the path of the texture, or moment map, that the contract calls `file`."""
         return f"{self.folder if file in self.own else TEXTURE_DIR}/{file}"
 
     def anchored(self, file: str) -> str:

@@ -18,6 +18,7 @@ _CASTS: dict[str, Any] = {
     "float2": lambda value: Gf.Vec2f(*value),
     "float4": lambda value: Gf.Vec4f(*value),
     "float[]": Vt.FloatArray,
+    "int[]": Vt.IntArray,
     "token[]": Vt.TokenArray,
 }
 

@@ -20,6 +20,7 @@ from weaveusd.contract import (
 from weaveusd.export.attributes import cloth_values, tidy, yarn_values
 from weaveusd.export.files import CLOTH_ITSELF
 from weaveusd.export.layers import apply_schemas, author, define_prim
+from weaveusd.export.moments import system_maps
 from weaveusd.export.network_glslfx import define_glslfx_network
 from weaveusd.export.network_mitsuba import define_mitsuba_network, optics_of
 from weaveusd.export.network_openpbr import MATERIALX_VERSION, define_materialx_networks
@@ -74,7 +75,7 @@ def define_look(
     _author_interface(prim, material.weave.repeat_mm)
     define_preview_network(prim, preview, files)
     define_materialx_networks(prim, openpbr, standard, files)
-    define_mitsuba_network(prim, optics, material.color_space, files)
+    define_mitsuba_network(prim, optics, system_maps(material.weave), material.color_space, files)
     if glslfx:
         define_glslfx_network(prim, files)
 

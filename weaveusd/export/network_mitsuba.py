@@ -12,6 +12,9 @@ from weaveusd.contract import (
     SHADER_UV_SCALE,
     SHADER_VARNAME,
     SHADER_YARN_ARRAYS,
+    kinds_input,
+    moment_input,
+    section_input,
 )
 from weaveusd.export.attributes import tidy
 from weaveusd.export.files import CLOTH_ITSELF
@@ -22,20 +25,22 @@ if TYPE_CHECKING:
 
     from weaveusd.contract import ColorSpace
     from weaveusd.export.files import LookFiles
+    from weaveusd.export.moments import SystemMaps
     from weaveusd.shading.material import ClothMaterial
 
 
 def define_mitsuba_network(
     material: Sdf.PrimSpec,
     optics: Mapping[str, Sequence[float]],
+    moments: Sequence[SystemMaps],
     color_space: ColorSpace = "lin_rec709",
     files: LookFiles = CLOTH_ITSELF,
 ) -> None:
     """Define the exact cloth shader on `outputs:mitsuba:surface` of `material`.
 
     `optics` holds a value for each yarn under each name of `contract.SHADER_YARN_ARRAYS`.
-    The input of the base color states `color_space`, unless it is Rec.709, which is meant
-    where none is stated.
+    `moments` tells of the moment maps of each system. The inputs of the base color and of the
+    maps of albedo state `color_space`, unless it is Rec.709, which is meant where none is stated.
 
     Raises
     ------
@@ -54,12 +59,19 @@ def define_mitsuba_network(
         inputs[name] = ("asset", files.anchored(file))
     for name in SHADER_YARN_ARRAYS:
         inputs[name] = ("float[]", [tidy(value) for value in optics[name]])
+    for maps in moments:
+        for name, file in zip(maps.names, maps.files, strict=True):
+            inputs[moment_input(maps.system, name)] = ("asset", files.anchored(file))
+        section = tidy(maps.flatness), tidy(maps.curvature)
+        inputs[section_input(maps.system)] = ("float2", section)
+        inputs[kinds_input(maps.system)] = ("int[]", maps.kinds)
     surface = define_shader(
         material, "MitsubaSurface", CLOTH_SHADER_ID, inputs, ("surface", "token")
     )
     if color_space != "lin_rec709":
-        color = surface.GetPrimPath().AppendProperty("inputs:base_color_file")
-        material.layer.GetAttributeAtPath(color).colorSpace = color_space
+        for name in ("base_color_file", *(moment_input(m.system, "albedo") for m in moments)):
+            color = surface.GetPrimPath().AppendProperty(f"inputs:{name}")
+            material.layer.GetAttributeAtPath(color).colorSpace = color_space
     connect(material, f"outputs:{MITSUBA_CONTEXT}:surface", "token", surface)
 
 

@@ -49,17 +49,20 @@ def write_textures(
     per_yarn: Mapping[str, Sequence[float]],
     *,
     color_space: ColorSpace = "lin_rec709",
+    also: Sequence[Callable[[Band], object]] = (),
     jobs: int | None = None,
     progress: Progress | None = None,
 ) -> float:
     """Write every channel of `textures` into `folder` and return the mean of the opacity.
 
     `per_yarn` holds the channels that follow from the yarn: a value for each. Loose hairs, where
-    the opacity is neither 0 nor 1, scatter without direction: roughness 1, anisotropy 0.
+    the opacity is neither 0 nor 1, scatter without direction: roughness 1, anisotropy 0. What
+    else is made of the texels, `also`, is called with the rows of each band, the highest y first.
 
     Each band of rows is computed once and goes to all files, so that memory depends on
     `BAND_TEXELS` alone and not on the height. `jobs` threads, by default one for each core,
     encode a band, each one file at a time, while the next band is computed; one job does either.
+    A thread calls one of `also`, bands in their order.
     Any number of jobs gives the same bytes.
 
     Files hold: EXR half floats, zip, wrap modes periodic, colors in `color_space`, which is that
@@ -81,12 +84,14 @@ def write_textures(
     with ExitStack() as stack:
         sinks = _open_all(textures, folder, color_space, stack)
         pool = stack.enter_context(ThreadPoolExecutor(threads))
-        encoding: list[Future[None]] = []
+        encoding: list[Future[object]] = []
         for first, last in _bands(textures.width, textures.height):
             rows = _rows(textures, first, last, per_yarn)
             opaque += float(np.sum(rows["opacity"], dtype=np.float64))
             _finish(encoding)
-            encoding = [pool.submit(sink.append, rows[sink.channel.name]) for sink in sinks]
+            encoding = [pool.submit(take, rows) for take in also]
+            for sink in sinks:
+                encoding.append(pool.submit(sink.append, rows[sink.channel.name]))
             if threads == 1:
                 _finish(encoding)
             if progress is not None:
@@ -106,7 +111,15 @@ def _open_all(
             channel,
             Path(name).suffix,
             color_space,
-            stack.enter_context(_open(textures, channel, folder / name, color_space)),
+            stack.enter_context(
+                open_texture(
+                    folder / name,
+                    channel,
+                    (textures.width, textures.height),
+                    textures.repeat_mm,
+                    color_space,
+                )
+            ),
         )
         for channel, name in files
     ]
@@ -125,7 +138,7 @@ def _rows(
     return rows | _of_yarns(rows, per_yarn)
 
 
-def _finish(tasks: list[Future[None]]) -> None:
+def _finish(tasks: Sequence[Future[object]]) -> None:
     """Wait for all of `tasks`, and raise what the first to fail has raised."""
     for task in tasks:
         task.result()
@@ -156,10 +169,19 @@ _ACESCG: dict[str, Metadata] = {
 }
 
 
-def _open(
-    textures: TextureSet, channel: Channel, path: Path, color_space: ColorSpace
+def open_texture(
+    path: Path,
+    channel: Channel,
+    size: tuple[int, int],
+    repeat_mm: tuple[float, float],
+    color_space: ColorSpace,
 ) -> ImageWriter:
-    metadata = density(textures.width, textures.height, textures.repeat_mm)
+    """Return a writer of `channel` in `size` texels, width and height, to the new file `path`.
+
+    The file states what `write_textures` says of its kind.
+    """
+    width, height = size
+    metadata = density(width, height, repeat_mm)
     if path.suffix == ".exr":
         dtype, space = "float16", "lin_rec709"
         metadata["wrapmodes"] = "periodic,periodic"
@@ -174,7 +196,7 @@ def _open(
     metadata["oiio:ColorSpace"] = space
     if space == "lin_rec709" and color_space == "acescg":
         metadata |= _ACESCG
-    return ImageWriter(path, textures.width, textures.height, channel.components, dtype, metadata)
+    return ImageWriter(path, width, height, channel.components, dtype, metadata)
 
 
 def _bands(width: int, height: int) -> Iterator[tuple[int, int]]:

@@ -23,7 +23,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from weaveusd.synth.boxes import add_rows, columns_reduced, reduced
+from weaveusd.contract import MAX_MOMENT_TEXELS, MOMENT_TEXELS_A_THREAD
+from weaveusd.synth.boxes import reduced
+from weaveusd.synth.kinds import kinds_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -46,6 +48,13 @@ if TYPE_CHECKING:
 ) = range(12)  # fmt: skip
 MOMENTS = 12
 """Channels of a system's moments; a is the opacity of the system's yarn in the texel."""
+
+ALBEDO = MOMENTS
+SHARE = ALBEDO + 3
+"""Where a A and the opacity of the first kind stand in a row of sums, behind the moments."""
+
+TEXTURES = ("normal", "tangent", "opacity", "system", "yarn_id", "base_color")
+"""Channels of the textures that the maps are made from."""
 
 STRAIGHT = 1e-3
 """|S| below which a yarn is straight: the middle of a long float is a class of its own."""
@@ -81,8 +90,8 @@ class Footprint:
 class MomentMaps:
     """Moment maps of one system: row 0 at y = 0, column 0 at x = 0. Arrays are read-only.
 
-    `kinds` are the optics of the system's yarns without repetition. Where there is but one,
-    `share` is the system's opacity, which FLAT + RISING + FALLING is as well.
+    `kinds` are those of `synth.kinds`. Where there is but one, `share` is the system's opacity,
+    which FLAT + RISING + FALLING is as well.
     """
 
     weft: bool
@@ -115,6 +124,99 @@ class MomentMaps:
             yield maps
 
 
+class MomentSums:
+    """The moment maps of a cloth while its textures are added to them, from the top row down.
+
+    Maps are of `width` × `height` texels, each the exact mean of the textures under it, which
+    need not be a whole number of texels; `texture_size` is theirs, width and height. `gains` are
+    the factors from base color to A for each of `weave.yarns`, by default 1. The same textures
+    give the same bits for any bands. Memory is that of the maps. Raises ValueError unless the
+    maps have at least one texel and no more than the textures either way.
+    """
+
+    __slots__ = (
+        "_added",
+        "_columns",
+        "_done",
+        "_kinds",
+        "_sections",
+        "_sums",
+        "_tables",
+        "_texels",
+    )
+
+    def __init__(
+        self,
+        weave: Weave,
+        texture_size: tuple[int, int],
+        *,
+        width: int,
+        height: int,
+        gains: Sequence[float] | None = None,
+    ) -> None:
+        across, along = self._texels = texture_size
+        if not (1 <= width <= across and 1 <= height <= along):
+            raise ValueError(f"{width} × {height} texels, expected 1 × 1 to {across} × {along}")
+        self._sections = sections(weave)
+        self._kinds = kinds_of(weave, weft=False), kinds_of(weave, weft=True)
+        of_yarn = np.maximum(*(np.array(kinds.of_yarn) for kinds in self._kinds))
+        self._tables = (
+            np.array([section.flatness for section in self._sections]),
+            np.array([section.curvature for section in self._sections]),
+            np.ones(len(of_yarn)) if gains is None else np.asarray(gains, float),
+            of_yarn,
+        )
+        self._columns = _columns(across, width)
+        channels = SHARE + max(len(kinds.optics) for kinds in self._kinds)
+        self._done = np.zeros((2, height, width, channels), np.float32)
+        # The row of the maps that is open, and what a row of texels adds to it.
+        self._sums = np.zeros((2, width, channels)), np.zeros((2, width, channels))
+        self._added = 0
+
+    def add(self, rows: Band) -> None:
+        """Add the next rows, the highest y first, of the channels that `TEXTURES` names.
+
+        Raises ValueError for more rows than the textures have, or others.
+        """
+        # Imported here: numba takes half a second that nobody else should pay.
+        from weaveusd.synth.sum_moments import ROOM, sum_rows
+
+        across, along = self._texels
+        count = len(rows["opacity"])
+        if self._added + count > along or rows["opacity"].shape[1] != across:
+            raise ValueError(
+                f"rows {self._added} to {self._added + count} of {rows['opacity'].shape[1]} "
+                f"texels, expected at most {along} of {across}"
+            )
+        channels = (np.ascontiguousarray(rows[name]).reshape(count, -1) for name in TEXTURES)
+        room = np.empty(ROOM)
+        sum_rows(
+            self._added, along, *channels, *self._tables, *self._columns, self._done,
+            *self._sums, room,
+        )  # fmt: skip
+        self._added += count
+
+    def maps(self) -> tuple[MomentMaps, MomentMaps]:
+        """Return the maps of warp and weft; raises ValueError unless every row was added."""
+        if self._added != self._texels[1]:
+            raise ValueError(f"{self._added} rows, expected {self._texels[1]}")
+        warp, weft = (self._maps(system) for system in range(2))
+        return warp, weft
+
+    def _maps(self, system: int) -> MomentMaps:
+        done = self._done[system, ::-1]
+        done.flags.writeable = False
+        optics = self._kinds[system].optics
+        return MomentMaps(
+            bool(system),
+            self._sections[system],
+            done[..., :MOMENTS],
+            done[..., ALBEDO:SHARE],
+            done[..., SHARE : SHARE + len(optics)],
+            optics,
+        )
+
+
 def moment_maps(
     weave: Weave,
     textures: TextureSet,
@@ -126,24 +228,29 @@ def moment_maps(
     """Return the moment maps of warp and weft, each texel the mean of the textures under it.
 
     Maps as large as `textures` have no variance. `textures` are those of `weave`, read in bands;
-    `gains` are the factors from base color to A for each of `weave.yarns`, by default 1. Raises
-    ValueError unless the maps have at least one texel and no more than the textures either way.
+    the rest is as of `MomentSums`, whose bits these are.
     """
-    if not (1 <= width <= textures.width and 1 <= height <= textures.height):
-        raise ValueError(
-            f"{width} × {height} texels, expected 1 × 1 to {textures.width} × {textures.height}"
-        )
-    gain = np.ones(len(weave.yarns)) if gains is None else np.asarray(gains, float)
-    systems = [_System(weave, weft, section) for weft, section in enumerate(sections(weave))]
-    sums = [np.zeros((height, width, system.channels)) for system in systems]
+    size = textures.width, textures.height
+    sums = MomentSums(weave, size, width=width, height=height, gains=gains)
     rows = max(1, BAND_TEXELS // textures.width)
-    for first in range(0, textures.height, rows):
-        band = textures.band(first, min(textures.height, first + rows))
-        for system, total in zip(systems, sums, strict=True):
-            fine = columns_reduced(system.channels_of(band, gain), width)
-            add_rows(total, fine, first, textures.height)
-    warp, weft = (system.maps(total) for system, total in zip(systems, sums, strict=True))
-    return warp, weft
+    for last in range(textures.height, 0, -rows):
+        band = textures.band(max(0, last - rows), last)
+        sums.add({name: band[name][::-1] for name in TEXTURES})
+    return sums.maps()
+
+
+def map_size(weave: Weave, texture_size: tuple[int, int]) -> tuple[int, int]:
+    """Return width and height of the maps that are published beside textures of `texture_size`.
+
+    They have `MOMENT_TEXELS_A_THREAD` texels a thread, but no more than the textures, either way;
+    both sides are halved until there are at most `MAX_MOMENT_TEXELS`.
+    """
+    across, along = texture_size
+    width = min(across, MOMENT_TEXELS_A_THREAD * weave.ends)
+    height = min(along, MOMENT_TEXELS_A_THREAD * weave.picks)
+    while width * height > MAX_MOMENT_TEXELS:
+        width, height = max(1, width // 2), max(1, height // 2)
+    return width, height
 
 
 def sections(weave: Weave) -> tuple[Section, Section]:
@@ -152,70 +259,6 @@ def sections(weave: Weave) -> tuple[Section, Section]:
         _section(weave.warp_floats, weave.warp_height_mm, weave.warp_width_mm),
         _section(weave.weft_floats, weave.weft_height_mm, weave.weft_width_mm),
     )
-
-
-def texel_moments(band: Band, section: Section, *, weft: bool) -> Doubles:
-    """Return the moments (rows, width, 12) of single texels, 0 where the other system is.
-
-    `band` holds `normal`, `tangent`, `opacity` and `system`. The yarn's frame is found back from
-    the normal, n ∝ (ρ sin v, sin u cos v, cos u cos v) with ρ = b/a, and the fibre,
-    t = cos ψ T − sin ψ T_v (physics.md C), turned so that ψ lies within ±90°.
-    """
-    n_x, n_y, n_z = _in_yarn_frame(band["normal"], weft)
-    t_x, t_y, t_z = _in_yarn_frame(band["tangent"], weft)
-    up = np.sqrt(n_y * n_y + n_z * n_z)
-    scale = 1 / np.maximum(up, 1e-12)
-    sin_u, cos_u = n_y * scale, n_z * scale
-    flat = section.flatness * up
-    x = n_x / np.sqrt(n_x * n_x + flat * flat)
-    k = section.curvature
-    s = sin_u * (1 + k * np.sqrt(np.maximum(1 - x * x, 0))) / (1 + k)
-    forward = np.where(t_y * cos_u - t_z * sin_u < 0, -1.0, 1.0)
-    p = -forward * (t_x * up - n_x * (t_y * sin_u + t_z * cos_u))
-
-    a = np.where(band["system"][..., 0] == float(weft), band["opacity"][..., 0], 0).astype(float)
-    rising, falling = a * (s > STRAIGHT), a * (s < -STRAIGHT)
-    out = np.empty((*a.shape, MOMENTS))
-    out[..., RISING], out[..., FALLING] = rising, falling
-    out[..., FLAT] = a - rising - falling
-    out[..., RISING_S], out[..., RISING_SS] = rising * s, rising * s * s
-    out[..., FALLING_S], out[..., FALLING_SS] = falling * s, falling * s * s
-    out[..., ACROSS], out[..., ASIDE], out[..., ACROSS_XX] = a * x, a * np.abs(x), a * x * x
-    out[..., TWIST], out[..., TWIST_PP] = a * p, a * p * p
-    return out
-
-
-class _System:
-    """Which channels a system has, and how texels become them."""
-
-    def __init__(self, weave: Weave, weft: int, section: Section) -> None:
-        self.weft, self.section = bool(weft), section
-        system = "weft" if weft else "warp"
-        optics = [yarn.optics for yarn in weave.yarns]
-        own = (yarn.optics for yarn in weave.yarns if yarn.system == system)
-        self.kinds = tuple(dict.fromkeys(own))
-        kind = {o: k for k, o in enumerate(self.kinds)}
-        self.kind_of_yarn = np.array([kind.get(o, -1) for o in optics])
-
-    @property
-    def channels(self) -> int:
-        return MOMENTS + 3 + len(self.kinds)
-
-    def channels_of(self, band: Band, gain: Doubles) -> Doubles:
-        """Return moments, albedo and shares (rows, width, channels), side by side."""
-        yarn = np.maximum(band["yarn_id"][..., 0], 0).astype(np.intp)
-        moments = texel_moments(band, self.section, weft=self.weft)
-        a = moments[..., FLAT] + moments[..., RISING] + moments[..., FALLING]
-        albedo = band["base_color"].astype(float) * (a * gain[yarn])[..., None]
-        share = a[..., None] * (self.kind_of_yarn[yarn][..., None] == np.arange(len(self.kinds)))
-        return np.concatenate([moments, albedo, share], -1)
-
-    def maps(self, channels: Doubles) -> MomentMaps:
-        """Return channels (h, w, c) as maps."""
-        moments, albedo, share = np.split(channels, [MOMENTS, MOMENTS + 3], -1)
-        return MomentMaps(
-            self.weft, self.section, _frozen(moments), _frozen(albedo), _frozen(share), self.kinds
-        )
 
 
 def _section(floats: Floats, height_mm: Doubles, width_mm: Doubles) -> Section:
@@ -228,13 +271,15 @@ def _section(floats: Floats, height_mm: Doubles, width_mm: Doubles) -> Section:
     radius = circle_radius(floats.bend_mm[bent], settled(floats.u_max[bent]), half)
     count = floats.count[bent]
     weighed = math.fsum(count * half / radius) / int(count.sum()) if bent.any() else 0.0
-    return Section(math.fsum(height_mm / width_mm) / len(width_mm), weighed)
+    flatness = math.fsum(height_mm / width_mm) / len(width_mm)
+    return Section(float(settled(flatness)), float(settled(weighed)))
 
 
-def _in_yarn_frame(vectors: Floats32, weft: bool) -> tuple[Doubles, Doubles, Doubles]:
-    """Return components across the yarn, along it and out of the cloth."""
-    x, y, z = (vectors[..., i].astype(float) for i in range(3))
-    return (-y, x, z) if weft else (x, y, z)
+def _columns(texels: int, width: int) -> tuple[NDArray[np.intp], Doubles]:
+    """Return the column of the maps that each of `texels` lies in first, and how much of it."""
+    begin = np.arange(texels) * width
+    cell = begin // texels
+    return cell, np.minimum(width, (cell + 1) * texels - begin) / width
 
 
 def _frozen(values: Doubles) -> Floats32:

@@ -29,7 +29,8 @@ def judge(
         path = f"{prim.GetPath()}.{namespace}:{attribute.name}"
         authored = prim.GetAttribute(f"{namespace}:{attribute.name}")
         if not authored or not authored.HasAuthoredValue():
-            yield missing("is not authored", path)
+            if not attribute.optional:
+                yield missing("is not authored", path)
             continue
         # A layer may state another type than the schema, which USD answers with.
         types = {str(spec.typeName) for spec in authored.GetPropertyStack()} - {attribute.type}
