@@ -20,6 +20,7 @@ from weaveusd.export.manifest import list_files, write_manifest
 from weaveusd.shading.material import (
     ClothMaterial,
     FitErrors,
+    FitsAfar,
     Provenance,
     StandardFit,
     StandardFits,
@@ -82,7 +83,11 @@ def yarn(name: str, system: System, color: RGB) -> Yarn:
 
 
 FIT = StandardFit(alpha_along=0.2, alpha_across=0.8, f0=0.045)
-FITS = StandardFits(FIT, (FIT, FIT), StandardFit(0.4, 0.4, 0.045), FitErrors(0.2, 0.25, 0.4))
+ROUND = StandardFit(0.4, 0.4, 0.045)
+FITS = StandardFits(
+    FIT, (FIT, FIT), ROUND, (ROUND, ROUND), FitsAfar(FIT, "warp", ROUND),
+    FitErrors(0.2, 0.25, 0.4, 0.3, 0.4),
+)  # fmt: skip
 
 
 def drawn(warp_up: Bools) -> bytes:

@@ -6,6 +6,10 @@ one. A standard shader has a diffuse base in the yarn's color and one mirror-lik
 The lobe's roughnesses are searched on a grid; the weight of the base and the reflectance F0, in
 which the tile's reflectance is nearly linear, follow by least squares within their bounds. Half
 of the pairs of directions are fitted, the error is that of the other half.
+
+From afar a renderer's maps have one texel for the tile: one lobe about the cloth's own normal has
+to stand for all yarns. It is searched on the same grid, its fibres along warp or weft; F0 and the
+base are constants of a network and stay those of the yarns.
 """
 
 from __future__ import annotations
@@ -17,8 +21,8 @@ import numpy as np
 
 from weaveusd.shading.directions import pairs
 from weaveusd.shading.lobe import albedos
-from weaveusd.shading.material import FitErrors, StandardFit, StandardFits
-from weaveusd.shading.tile import Part, tile_parts
+from weaveusd.shading.material import FitErrors, FitsAfar, StandardFit, StandardFits
+from weaveusd.shading.tile import Part, flat_part, mean_color, tile_parts
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,6 +32,7 @@ if TYPE_CHECKING:
     from weaveusd.cloth.model import Weave
     from weaveusd.shading.fibre import Doubles
     from weaveusd.shading.measured import Measured, Texels
+    from weaveusd.yarn.model import System
 
     Bools = NDArray[np.bool_]
 
@@ -42,6 +47,9 @@ F0_LIMITS = 0.02, 0.25
 
 BLACK = 1e-3
 """Least mean reflectance that errors are relative to, in 1/sr."""
+
+FIBRES: dict[System, tuple[float, float, float]] = {"warp": (0, 1, 0), "weft": (1, 0, 0)}
+"""Directions of the fibres of a lobe that stands for the whole tile."""
 
 PAIRS = 768
 SWEEPS = 2
@@ -71,16 +79,33 @@ def fit_standard(
     every = range(len(ALPHAS))
     equal = [index for index, (along, across) in enumerate(ALPHAS) if along == across]
 
-    isotropic, preview = tile.shared(equal)
+    isotropic, _ = tile.shared(equal)
+    even, preview = tile.each(isotropic, equal)
     together, standard = tile.shared(every)
-    chosen, openpbr = tile.each(together)
-    fits = [_fit(choice, openpbr) for choice in chosen]
+    chosen, openpbr = tile.each(together, every)
+
+    color = mean_color(weave, texels)
+    flat = {s: flat_part(color, np.array(f, float), wi, wo, ALPHAS) for s, f in FIBRES.items()}
+    wide = {s: tile.standing_in(part, openpbr, every) for s, part in flat.items()}
+    fibres = min(wide, key=lambda system: tile.misfit(wide[system][1].value))
+    far, openpbr_afar = wide[fibres]
+    round_, preview_afar = tile.standing_in(flat[fibres], preview, equal)
+    solutions = openpbr, standard, preview, openpbr_afar, preview_afar
     return StandardFits(
         together=_fit(together, standard),
-        yarns=tuple(_fit(together, openpbr) if k is None else fits[k] for k in owner),
+        yarns=_of_yarns(owner, chosen, together, openpbr),
         isotropic=_fit(isotropic, preview),
-        errors=FitErrors(tile.error(openpbr), tile.error(standard), tile.error(preview)),
+        isotropic_yarns=_of_yarns(owner, even, isotropic, preview),
+        afar=FitsAfar(_fit(far, openpbr_afar), fibres, _fit(round_, preview_afar)),
+        errors=FitErrors(*map(tile.error, solutions)),
     )
+
+
+def _of_yarns(
+    owner: Sequence[int | None], chosen: Sequence[int], unseen: int, solution: Solution
+) -> tuple[StandardFit, ...]:
+    """Return the fit of each yarn: that of its part, or `unseen` where no texel shows it."""
+    return tuple(_fit(unseen if k is None else chosen[k], solution) for k in owner)
 
 
 def _fit(choice: int, solution: Solution) -> StandardFit:
@@ -113,21 +138,36 @@ class Tile:
     def shared(self, candidates: Sequence[int]) -> tuple[int, Solution]:
         """Return the candidate that fits best where all parts have the same lobe."""
         solutions = [(k, self.solve([k] * len(self.parts))) for k in candidates]
-        return min(solutions, key=lambda found: self._misfit(found[1].value))
+        return min(solutions, key=lambda found: self.misfit(found[1].value))
 
-    def each(self, start: int) -> tuple[list[int], Solution]:
-        """Return a candidate for each part, found in turns, beginning with `start` for all."""
+    def each(self, start: int, candidates: Sequence[int]) -> tuple[list[int], Solution]:
+        """Return a candidate for each part, found in turns, beginning with `start` for all.
+
+        What follows by least squares after a turn may be a worse fit than before it: the best of
+        all counts.
+        """
         chosen = [start] * len(self.parts)
         solution = self.solve(chosen)
+        best = list(chosen), solution
         for _ in range(SWEEPS):
             for index, part in enumerate(self.parts):
                 f0, base = solution.f0, solution.base
                 own = self.of_part(part, f0, base)
                 others = solution.value - own[chosen[index]]
-                misfits = [self._misfit(others + value) for value in own]
-                chosen[index] = int(np.argmin(misfits))
+                misfits = {k: self.misfit(others + own[k]) for k in candidates}
+                chosen[index] = min(misfits, key=misfits.__getitem__)
                 solution = self.solve(chosen)
-        return chosen, solution
+                if self.misfit(solution.value) < self.misfit(best[1].value):
+                    best = list(chosen), solution
+        return best
+
+    def standing_in(
+        self, flat: Part, solution: Solution, candidates: Sequence[int]
+    ) -> tuple[int, Solution]:
+        """Return the candidate with which `flat` comes closest to the tile; `solution` has F0."""
+        values = self.of_part(flat, solution.f0, solution.base)
+        best = min(candidates, key=lambda k: self.misfit(values[k]))
+        return best, Solution(solution.f0, solution.base, values[best])
 
     def solve(self, chosen: Sequence[int]) -> Solution:
         """Return the weight of the base and F0 that fit best with these lobes.
@@ -159,7 +199,7 @@ class Tile:
         """Return what each candidate leaves to the base, by the viewer's cosine, (A, 16)."""
         return np.asarray(1 - f0 * self.albedo[:, 0] - self.albedo[:, 1])
 
-    def _misfit(self, value: Doubles) -> float:
+    def misfit(self, value: Doubles) -> float:
         """Return the error of the fitted pairs, to so many digits that machines agree on it."""
         return round(self._off(value, self.fitted), 9)
 

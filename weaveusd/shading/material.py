@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from weaveusd.contract import ColorSpace
     from weaveusd.shading.measured import Measured
     from weaveusd.synth.model import TextureSet
+    from weaveusd.yarn.model import System
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,23 +33,44 @@ class FitErrors:
     """How far a shader's reflectance is from the exact cloth's: Σ |f̂ − f| / Σ f of the tile.
 
     Over pairs of directions that were not fitted. `openpbr` has a lobe for each yarn,
-    `standard_surface` one for all yarns, `preview` one for all that knows no direction.
+    `standard_surface` one for all yarns, `preview` one for each that knows no direction.
+    `openpbr_afar` and `preview_afar` are of the lobes that stand for the whole tile.
     """
 
     openpbr: float
     standard_surface: float
     preview: float
+    openpbr_afar: float
+    preview_afar: float
+
+
+@dataclass(frozen=True, slots=True)
+class FitsAfar:
+    """The lobes of a flat cloth in the mean color that stand for a tile which is but a texel.
+
+    F0 and base are those of the yarns' lobes. The fibres of `openpbr` lie along the warp or the
+    weft, as `fibres` says; `preview` knows no direction.
+    """
+
+    openpbr: StandardFit
+    fibres: System
+    preview: StandardFit
 
 
 @dataclass(frozen=True, slots=True)
 class StandardFits:
     """The fits of a cloth: `yarns` one a yarn, with `f0` and `base` in common; `together` one for
-    all; `isotropic` one for all with `alpha_along` = `alpha_across`.
+    all; `isotropic` one for all with `alpha_along` = `alpha_across`, and `isotropic_yarns` such
+    ones a yarn, with its `f0` and `base`.
+
+    Their lobes lie in the frame of each texel. `afar` are lobes about the cloth's own normal.
     """
 
     together: StandardFit
     yarns: tuple[StandardFit, ...]
     isotropic: StandardFit
+    isotropic_yarns: tuple[StandardFit, ...]
+    afar: FitsAfar
     errors: FitErrors
 
 

@@ -74,6 +74,25 @@ def tile_parts(
     return parts, owner
 
 
+def flat_part(
+    color: Doubles, fibre: Doubles, wi: Doubles, wo: Doubles, alphas: Sequence[tuple[float, float]]
+) -> Part:
+    """Return what a flat cloth of `color` (3,) reflects whose fibres lie along `fibre` (3,).
+
+    Its `exact` is zero: it stands for others.
+    """
+    up, one = np.array([[0.0, 0.0, 1.0]]), np.ones(1)
+    flat = _Sample(up, fibre[None], color[None], color[None], one)
+    return Part(np.zeros((len(wi), 3)), *_reflected(flat, wi, wo, alphas))
+
+
+def mean_color(weave: Weave, texels: Sequence[Texels | None]) -> Doubles:
+    """Return the mean of the yarns' colors, (3,), by their shares of the face."""
+    seen = [(yarn.color, own.share) for yarn, own in zip(weave.yarns, texels, strict=True) if own]
+    colors, shares = (np.array(column) for column in zip(*seen, strict=True))
+    return np.asarray(shares @ colors / shares.sum())
+
+
 def _sample(
     weave: Weave,
     texels: Sequence[Texels | None],
@@ -102,12 +121,18 @@ def _part(
     wo: Doubles,
     alphas: Sequence[tuple[float, float]],
 ) -> Part:
+    return Part(_exact(sample, optics, wi, wo), *_reflected(sample, wi, wo, alphas))
+
+
+def _reflected(
+    sample: _Sample, wi: Doubles, wo: Doubles, alphas: Sequence[tuple[float, float]]
+) -> tuple[Doubles, Doubles, Doubles]:
+    """Return what `sample` reflects as standard shaders have it: a `Part` but for `exact`."""
     under = lit(sample.normal, sample.tangent, wi, wo)
     weight = sample.weight[:, None] * (under.n_o > 0)
     lobe = np.stack([np.sum(weight * mirror(under, *alpha), 0) for alpha in alphas])
     edge = lobe * fresnel_edge(dot(wi, halfway(wi, wo)))
-    diffuse = _diffuse(sample, under, weight)
-    return Part(_exact(sample, optics, wi, wo), diffuse, lobe, edge)
+    return _diffuse(sample, under, weight), lobe, edge
 
 
 def _diffuse(sample: _Sample, under: Lit, weight: Doubles) -> Doubles:
