@@ -9,10 +9,11 @@ import pytest
 
 import weaveusd
 from tests.export.cloths import cloth
-from weaveusd.contract import DOORS
+from weaveusd.contract import DOORS, SYSTEMS
 from weaveusd.errors import InputError
 from weaveusd.export.asset import write_asset
 from weaveusd.export.doors import write_doors
+from weaveusd.export.moments import moment_files
 from weaveusd.export.tx import FILTERED
 from weaveusd.validate.verify import verify
 
@@ -27,12 +28,15 @@ def test_every_door_is_in_the_manifest_and_none_comes_unasked(tmp_path):
     plain = publish(tmp_path / "plain")
     done = publish(tmp_path / "doors", doors=DOORS)
     listed = {record.path for record in done.asset.files}
+    maps = {Path(record.path).name for record in plain.asset.files
+            if Path(record.path).name.startswith(SYSTEMS)}  # fmt: skip
+    assert len(maps) >= 8
     extra = listed - {record.path for record in plain.asset.files}
     assert extra == {
         "d.usdz", "d.glb", "d.u3m",
         *(f"u3m/{name}.png" for name in (
             "alpha", "roughness", "anisotropy_value", "anisotropy_rotation")),
-        *(f"textures/{Path(name).stem}.tx" for name in FILTERED),
+        *(f"textures/{Path(name).stem}.tx" for name in (*FILTERED, *maps)),
     }  # fmt: skip
     manifest = json.loads((done.asset.folder / "manifest.json").read_text())
     assert {record["path"] for record in manifest["files"]} == listed
@@ -66,5 +70,7 @@ def test_a_colorway_has_files_of_its_own_and_tx_of_what_differs(tmp_path):
     own = tmp_path / "textures" / "two"
     assert {p.stem for p in own.glob("*.tx")} <= {p.stem for p in own.iterdir()}
     assert {p.stem for p in own.glob("*.tx")} == {
-        Path(name).stem for name in FILTERED if (own / name).is_file()
+        Path(name).stem
+        for name in (*FILTERED, *moment_files(cloths["two"].weave))
+        if (own / name).is_file()
     }

@@ -8,7 +8,7 @@ import numpy as np
 import OpenImageIO
 import pytest
 
-from tests.export.cloths import cloth
+from tests.export.cloths import cloth, plain_weave
 from weaveusd.contract import CHANNELS
 from weaveusd.errors import InputError, WeaveusdError
 from weaveusd.export.asset import write_asset
@@ -16,7 +16,10 @@ from weaveusd.export.doors import write_doors
 from weaveusd.export.files import CLOTH_ITSELF
 from weaveusd.export.images import read_image, write_png8
 from weaveusd.export.mipmap import CLEAR, Halving, smaller_levels
+from weaveusd.export.moments import moment_files
 from weaveusd.export.tx import FILTERED, TILE, write_tx
+
+MAPS = moment_files(plain_weave())
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +54,7 @@ def pyramid(values: np.ndarray, opacity: np.ndarray) -> list[tuple[np.ndarray, n
 
 def test_all_textures_that_have_a_mean_and_no_others_are_copied(folder):
     found = {path.name for path in (folder / "textures").glob("*.tx")}
-    assert found == {Path(name).with_suffix(".tx").name for name in FILTERED}
+    assert found == {Path(name).with_suffix(".tx").name for name in (*FILTERED, *MAPS)}
     labels = {f for c in CHANNELS.values() if c.encoding == "label" for f in c.files}
     assert not labels & set(FILTERED)
 
@@ -77,6 +80,17 @@ def test_the_last_level_is_the_mean_of_what_is_opaque(folder, name):
     np.testing.assert_allclose(
         found[-1][0, 0], weighed_mean(found[0].astype(float), weight), rtol=2e-3, atol=5e-4
     )
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_moment_maps_are_averaged_as_they_are_whatever_their_opacity(folder, name):
+    source = folder / "textures" / name
+    found = levels(source.with_suffix(".tx"))
+    assert np.array_equal(found[0], read_image(source))
+    assert [level.shape for level in found] == [(8, 8, 4), (4, 4, 4), (2, 2, 4), (1, 1, 4)]
+    four = found[0].astype(float).reshape(4, 2, 4, 2, 4).mean((1, 3))
+    np.testing.assert_allclose(found[1], four, rtol=1e-3, atol=1e-6)
+    np.testing.assert_allclose(found[-1][0, 0], found[0].mean((0, 1)), rtol=1e-3, atol=1e-6)
 
 
 def test_every_level_has_the_mean_of_the_one_above_on_odd_sides_too():
@@ -139,12 +153,13 @@ def test_where_all_is_opaque_levels_are_those_of_openimageio(tmp_path):
 
 
 def test_readers_are_told_that_it_is_a_periodic_texture_and_its_color_space(folder):
-    for name in FILTERED:
+    for name in (*FILTERED, *MAPS):
         source = folder / "textures" / name
         opened = OpenImageIO.ImageInput.open(str(source.with_suffix(".tx")))
         spec = opened.spec()
         opened.close()
-        space = "lin_rec709_scene" if name == "base_color.exr" else "data"
+        colored = name == "base_color.exr" or name.endswith("_albedo.exr")
+        space = "lin_rec709_scene" if colored else "data"
         assert spec.getattribute("wrapmodes") == "periodic,periodic"
         assert spec.getattribute("textureformat") == "Plain Texture"
         assert spec.getattribute("oiio:ColorSpace") == space
@@ -163,7 +178,7 @@ def test_openimageio_finds_the_mean_from_afar(folder):
 def test_the_same_textures_give_the_same_bytes(folder, tmp_path):
     write_asset(cloth(size=100), tmp_path)
     write_doors(cloth(size=100), tmp_path, ["tx"])
-    for name in FILTERED:
+    for name in (*FILTERED, *MAPS):
         path = Path("textures", name).with_suffix(".tx")
         assert (folder / path).read_bytes() == (tmp_path / path).read_bytes()
 

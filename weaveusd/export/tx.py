@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 
-from weaveusd.contract import CHANNELS, TX_SUFFIX
+from weaveusd.contract import CHANNELS, MOMENT_MAPS, SYSTEMS, TX_SUFFIX
 from weaveusd.errors import WeaveusdError
 from weaveusd.export.bands import read_bands
 from weaveusd.export.mipmap import Halving, smaller_levels
+from weaveusd.export.moments import moment_channel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,7 +34,7 @@ FILTERED: tuple[str, ...] = (
     *(file for channel in CHANNELS.values() for file in channel.files if file.endswith(".exr")),
     OPACITY,
 )
-"""Textures that have a mean: all but the labels."""
+"""Textures that have a mean: all but the labels. Moment maps have one too."""
 
 _KEPT = (
     "oiio:ColorSpace", "chromaticities", "ResolutionUnit", "XResolution", "YResolution",
@@ -44,9 +45,11 @@ _KEPT = (
 def write_tx(asset: Path, files: LookFiles) -> None:
     """Write a ``.tx`` beside each texture of `FILTERED` that the look `files` has for its own.
 
+    So it does beside each of the look's own moment maps.
     Each is an OpenEXR file of half floats in tiles of 64, periodic, with all levels down to one
     texel. A level is the mean of the one above, weighed by opacity, so that no gap tints a color
-    or tilts a normal; colors are linear. Means of vectors are not brought to length 1: a renderer
+    or tilts a normal; colors are linear. Moment maps hold what opacity has been multiplied into,
+    so that theirs are plain means. Means of vectors are not brought to length 1: a renderer
     does that after it has filtered between levels, and the length says how much they differ. The
     same textures give the same bytes.
 
@@ -61,12 +64,21 @@ def write_tx(asset: Path, files: LookFiles) -> None:
     for channel in CHANNELS.values():
         for name in channel.files:
             if name in FILTERED and (not files.colorway or name in files.own):
-                source = asset / files.texture(name)
-                _write(source, opacity, channel, source.with_suffix(TX_SUFFIX))
-                _check_written(source.with_suffix(TX_SUFFIX))
+                _copy(asset / files.texture(name), channel, opacity)
+    for system in SYSTEMS:
+        for channel in (moment_channel(system, name) for name in MOMENT_MAPS):
+            source = asset / files.folder / channel.files[0]
+            if source.is_file():
+                _copy(source, channel, None)
 
 
-def _write(source: Path, opacity: Path, channel: Channel, target: Path) -> None:
+def _copy(source: Path, channel: Channel, opacity: Path | None) -> None:
+    target = source.with_suffix(TX_SUFFIX)
+    _write(source, opacity, channel, target)
+    _check_written(target)
+
+
+def _write(source: Path, opacity: Path | None, channel: Channel, target: Path) -> None:
     """Write all levels; the file is whole when this has returned and its writer is gone."""
     writer = oiio.ImageOutput.create("openexr")
     spec = _spec(source, channel)
@@ -93,8 +105,16 @@ def _write(source: Path, opacity: Path, channel: Channel, target: Path) -> None:
         raise _failure(target, writer)
 
 
-def _bands(source: Path, opacity: Path) -> Iterator[tuple[Floats, Floats]]:
-    """Yield values and opacity of all rows of the texture `source`, in bands."""
+def _bands(source: Path, opacity: Path | None) -> Iterator[tuple[Floats, Floats]]:
+    """Yield values and weights of all rows of the texture `source`, in bands.
+
+    The weights are those of the texture `opacity`; all are alike without it.
+    """
+    if opacity is None:
+        for rows in read_bands({"values": source}):
+            values: Floats = rows["values"]
+            yield values, np.ones(values.shape[:2], np.float32)
+        return
     for rows in read_bands({"values": source, "opacity": opacity}):
         weight = rows["opacity"][..., 0].astype(np.float32) / np.float32(255)
         if source == opacity:
