@@ -5,21 +5,21 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from pxr import Sdf, Usd
 
 from tests.render.cloths import direction
 from weaveusd import pipeline
+from weaveusd.cloth.model import Weave
 from weaveusd.cloth.weave import weave
+from weaveusd.contract import MAX_KINDS, MOMENT_TEXELS_A_THREAD
 from weaveusd.draft.make import make_draft
 from weaveusd.draft.write import write_wif
 from weaveusd.errors import InputError
-from weaveusd.render import distance_levels, distance_moments
-from weaveusd.render.distance_moments import Threads
-from weaveusd.render.distance_threads import distant_levels
+from weaveusd.render import distance_levels
+from weaveusd.render.distance_levels import Levels, SystemMaps
 from weaveusd.render.model import MAX_LEVELS
 from weaveusd.render.optics import yarn_table
 from weaveusd.render.packing import pack
@@ -28,24 +28,29 @@ from weaveusd.render.scenes import dress, scene_path
 from weaveusd.shading.directions import pairs
 from weaveusd.shading.distance import evaluate
 from weaveusd.shading.normalization import normalization
-from weaveusd.synth.moments import moment_maps
+from weaveusd.synth.boxes import reduced
+from weaveusd.synth.moments import MomentMaps, moment_maps
 from weaveusd.synth.textures import synthesize
 from weaveusd.yarn.model import Optics
 from weaveusd.yarn.recipe import read_preset
 
+if TYPE_CHECKING:
+    from weaveusd.render.distance_cloth import DistantCloth, View
+
 TEXELS = 256
+MOMENTS = ("slopes", "along", "across")
 CASES = [("plain", "polyester"), ("twill:2/2", "shot_silk"), ("plain", "linen")]
 GAPS = ("plain", "chiffon")
+GOLD = ("twill:2/2", "linen")
 
 
 class Woven:
-    """A preset woven after a notation: channels, optics, threads and crossings.
+    """A cloth as Mitsuba has it: channels, optics, moment maps and levels.
 
     In the levels of one that is dense, what is yarn takes the place of what is not.
     """
 
-    def __init__(self, notation: str, preset: str, *, dense: bool = False) -> None:
-        cloth = weave(make_draft(notation), read_preset(preset))
+    def __init__(self, cloth: Weave, *, dense: bool = False) -> None:
         self.weave = cloth
         self.textures = synthesize(cloth, resolution=TEXELS)
         self.arrays = dict(self.textures.whole())
@@ -57,45 +62,75 @@ class Woven:
             for y in cloth.yarns
         ]
         self.optics = yarn_table({name: [row[name] for row in rows] for name in rows[0]})
-        ratios = (
-            cloth.warp_height_mm / cloth.warp_width_mm,
-            cloth.weft_height_mm / cloth.weft_width_mm,
+        width, height = (
+            min(TEXELS, MOMENT_TEXELS_A_THREAD * threads) for threads in (cloth.ends, cloth.picks)
         )
-        is_weft = np.array([y.system == "weft" for y in cloth.yarns])
-        owners = (cloth.warp_yarn, cloth.weft_yarn)
-        flatness = [
-            ratios[int(weft)][owners[int(weft)] == k].mean() for k, weft in enumerate(is_weft)
-        ]
-        self.threads = Threads(is_weft, np.array(flatness, np.float32))
-        self.crossings = (cloth.picks, cloth.ends)
-        self.levels = distance_levels.make_levels(
-            self.arrays, self.optics, self.threads, self.crossings
-        )
+        self.maps = moment_maps(cloth, self.textures, width=width, height=height)
+        self.levels = distance_levels.make_levels(*(system_maps(m, cloth) for m in self.maps))
         if dense:
             numbers = self.levels.numbers.copy().reshape(-1, 2, distance_levels.NUMBERS)
             shares = numbers[..., : distance_levels.FALL + 1]
             shares /= np.maximum(shares.sum(axis=(1, 2), keepdims=True), 1e-6)
             self.levels = replace(self.levels, numbers=numbers.reshape(len(numbers), -1))
 
-    def bsdf(self, level: int | None) -> Any:
+    def bsdf(self, level: int | None, levels: Levels | None = None) -> Any:
+        """The BSDF of the texels, or that of a level."""
         import mitsuba as mi
 
-        from weaveusd.render.bsdf import packed_bsdf_dict
         from weaveusd.render.distance_cloth import View
 
+        view = None if level is None else View(level=level)
+        return mi.load_dict(self.dictionary(view, levels), parallel=False)
+
+    def dictionary(
+        self, view: View | None, levels: Levels | None = None, repeats: float = 1.0
+    ) -> dict[str, Any]:
+        """The description of the BSDF, of the texels alone where there is no view."""
+        from weaveusd.render.bsdf import packed_bsdf_dict
+
         packed, _ = pack(self.arrays, self.optics.shape[1])
-        afar = {} if level is None else {"levels": self.levels, "view": View(level=level)}
-        made = packed_bsdf_dict(packed, self.optics, (1.0, 1.0), **afar)
-        return mi.load_dict(made, parallel=False)
+        afar = {} if view is None else {"levels": levels or self.levels, "view": view}
+        return packed_bsdf_dict(packed, self.optics, (repeats, repeats), **afar)
+
+    def seen(self, view: View) -> DistantCloth:
+        """The cloth inside the BSDF."""
+        from weaveusd.render.distance_cloth import DistantCloth
+
+        props = self.dictionary(view)
+        return DistantCloth(props, props["packed"], props["optics"], (1.0, 1.0), False)
 
 
 def _n_v(o: Optics) -> float:
     return normalization(o.eta, o.k_d, o.k_s, o.gamma_s, o.gamma_v)
 
 
+def system_maps(of: MomentMaps, cloth: Weave) -> SystemMaps:
+    """Return moment maps as they are read from an asset."""
+    yarns = [yarn.optics for yarn in cloth.yarns]
+    own = [yarn.system == ("weft" if of.weft else "warp") for yarn in cloth.yarns]
+    maps = {name: of.moments[..., 4 * k : 4 * k + 4] for k, name in enumerate(MOMENTS)}
+    opacity = of.moments[..., :3].sum(-1, keepdims=True)
+    maps["albedo"] = np.concatenate([of.albedo, opacity], -1)
+    spare = MAX_KINDS - of.share.shape[-1]
+    maps["kinds"] = np.pad(of.share, [(0, 0), (0, 0), (0, spare)])
+    kinds = tuple(next(k for k, o in enumerate(yarns) if o == kind and own[k]) for kind in of.kinds)
+    return SystemMaps(maps, of.section.flatness, of.section.curvature, kinds)
+
+
+def made(notation: str, preset: str) -> Weave:
+    """A preset woven after a notation, or linen of which every other end is of gold."""
+    cloth = weave(make_draft(notation), read_preset(preset))
+    if preset != GOLD[1]:
+        return cloth
+    gold = replace(cloth.yarns[0], optics=Optics(1.8, 0.0, 1.0, 0.03, 0.06, 0.0))
+    ends = cloth.warp_yarn.copy()
+    ends[1::2] = len(cloth.yarns)
+    return replace(cloth, yarns=(*cloth.yarns, gold), warp_yarn=ends)
+
+
 @lru_cache(maxsize=8)
 def woven(notation: str, preset: str) -> Woven:
-    return Woven(notation, preset)
+    return Woven(made(notation, preset))
 
 
 def means(mi: Any, bsdf: Any, wi: Any, wo: Any, count: int, corner: Any = (0, 0), side: Any = 1):
@@ -143,13 +178,103 @@ def test_every_level_has_the_mean_of_the_texels(mi: Any, level: int) -> None:
     assert abs(found.sum() / truth.sum() - 1) < 0.03
 
 
+def test_unlike_yarns_of_one_system_are_shown_by_their_shares(mi: Any) -> None:
+    wi, wo = pairs(100)
+    cloth = woven(*GOLD)
+    assert len(cloth.levels.yarns[0]) == 2
+    truth, _ = means(mi, cloth.bsdf(None), wi, wo, 8192)
+    maps = moment_maps(cloth.weave, cloth.textures, width=1, height=1)
+    expected = evaluate(wi, wo, [m.footprint(0, 0) for m in maps]).T
+    found, _ = means(mi, cloth.bsdf(99), wi, wo, 8192)
+    assert np.abs(found - expected).sum() / expected.sum() < 0.04
+    assert np.abs(found - truth).sum() / truth.sum() < 0.03
+    assert abs(found.sum() / truth.sum() - 1) < 0.03
+    one = replace(cloth.levels, kinds=None, yarns=((0,), cloth.levels.yarns[1]))
+    without, _ = means(mi, cloth.bsdf(99, one), wi, wo, 8192)
+    assert np.abs(without - truth).sum() / truth.sum() > 0.06
+
+
+def test_a_level_of_unlike_yarns_has_the_mean_of_its_texels(mi: Any) -> None:
+    wi, wo = pairs(60)
+    cloth = woven(*GOLD)
+    truth, _ = means(mi, cloth.bsdf(None), wi, wo, 8192)
+    for level in (0, 2):
+        found, _ = means(mi, cloth.bsdf(level), wi, wo, 8192)
+        assert np.abs(found - truth).sum() / truth.sum() < 0.06
+
+
+@pytest.mark.parametrize("stretch", [(1.0, 1.0), (3.0, 0.5)])
+def test_differentials_of_rays_and_the_distance_give_one_level(mi: Any, stretch: Any) -> None:
+    from weaveusd.render.distance_cloth import seen_by
+
+    width, height = stretch
+    at = mi.ScalarTransform4f().look_at([0.4, 1.5, 4.0], [0, 0, 0], [0, 0, 1])
+    film = {"type": "hdrfilm", "width": 64, "height": 64}
+    sensor = mi.load_dict({"type": "perspective", "fov": 8.0, "to_world": at, "film": film})
+    shape = mi.ScalarTransform4f().rotate([0, 0, 1], 30).scale([width, height, 1])
+    scene = mi.load_dict({"type": "scene", "sheet": {"type": "rectangle", "to_world": shape}})
+    cloth = woven(*CASES[1]).seen(seen_by(sensor))
+    place = mi.Point2f(np.random.default_rng(1).uniform(0.2, 0.8, (2, 64)).astype(np.float32))
+    ray, _ = sensor.sample_ray_differential(0.0, 0.5, place, mi.Point2f(0.5))
+    si = scene.ray_intersect(ray)
+    assert np.array(si.is_valid()).all()
+    by_distance = np.array(cloth.pixel(si))
+    si.compute_uv_partials(ray)
+    by_differentials = np.array(cloth.pixel(si))
+    assert (by_distance != by_differentials).any()
+    assert np.abs(np.log2(by_differentials / by_distance)).max() < 0.1
+
+
+def test_the_short_side_of_a_stretched_footprint_decides(mi: Any) -> None:
+    from weaveusd.render import probe
+    from weaveusd.render.distance_cloth import EVERYTHING_NEAR
+
+    cloth = woven(*CASES[1]).seen(EVERYTHING_NEAR)
+    si = probe.interaction((0, 0, 1))
+    assert np.array(cloth.pixel(si)) == pytest.approx(0)
+    si.dp_du, si.dp_dv = mi.Vector3f(2, 0, 0), mi.Vector3f(0, 4, 0)
+    turn, sides = np.radians(30), (0.1, 0.01)
+    steps = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]) * sides
+    si.duv_dx, si.duv_dy = (mi.Vector2f(float(x) / 2, float(y) / 4) for x, y in steps.T)
+    assert np.array(cloth.pixel(si)) == pytest.approx(0.01, rel=1e-3)
+
+
+def test_a_sheet_is_as_bright_at_every_distance_across_the_change(mi: Any) -> None:
+    from weaveusd.render.distance_cloth import View, seen_by, with_view
+    from weaveusd.render.trace import trace
+
+    cloth, size = woven(*CASES[1]), 16
+    bsdf = cloth.dictionary(View(), repeats=100.0)
+    cell = 1 / np.sqrt(cloth.levels.rows[0] * cloth.levels.columns[0])
+    found = []
+    for footprint in np.geomspace(1.5, 12, 12) * cell:
+        distance = footprint * size / (2 * np.tan(np.radians(2)))
+        at = mi.ScalarTransform4f().look_at(
+            [0, -0.5 * distance, 0.866 * distance], [0, 0, 0], [0, 0, 1]
+        )
+        sensor = {
+            "type": "perspective", "fov": 4.0, "to_world": at, "near_clip": 1e-3,
+            "film": {"type": "hdrfilm", "width": size, "height": size,
+                     "rfilter": {"type": "box"}},
+        }  # fmt: skip
+        seen = with_view(bsdf, seen_by(mi.load_dict(sensor)))
+        scene = mi.load_dict({
+            "type": "scene", "sensor": sensor, "integrator": {"type": "path", "max_depth": 2},
+            "sun": {"type": "directional", "direction": [0.3, -0.4, -0.8], "irradiance": 1.0},
+            "sheet": {"type": "rectangle", "bsdf": seen,
+                      "to_world": mi.ScalarTransform4f().scale(50)},
+        })  # fmt: skip
+        found.append(float(trace(scene, (size, size), 1024, 1).mean()))
+    assert np.abs(np.diff(found)).max() < 0.03 * np.mean(found)
+    assert found[-1] == pytest.approx(found[0], rel=0.03)
+
+
 def test_a_cloth_with_levels_seen_near_is_the_cloth_without(mi: Any) -> None:
-    from weaveusd.render.bsdf import packed_bsdf_dict
+    from weaveusd.render.distance_cloth import EVERYTHING_NEAR
 
     wi, wo = pairs(40)
     cloth = woven(*CASES[1])
-    packed, _ = pack(cloth.arrays, cloth.optics.shape[1])
-    near = mi.load_dict(packed_bsdf_dict(packed, cloth.optics, (1.0, 1.0), levels=cloth.levels))
+    near = mi.load_dict(cloth.dictionary(EVERYTHING_NEAR), parallel=False)
     expected, _ = means(mi, cloth.bsdf(None), wi, wo, 64)
     found, _ = means(mi, near, wi, wo, 64)
     np.testing.assert_allclose(found, expected, rtol=2e-3, atol=1e-6)
@@ -157,11 +282,9 @@ def test_a_cloth_with_levels_seen_near_is_the_cloth_without(mi: Any) -> None:
 
 def test_the_blend_from_near_to_far_is_continuous(mi: Any) -> None:
     from weaveusd.render import probe
-    from weaveusd.render.bsdf import packed_bsdf_dict
     from weaveusd.render.distance_cloth import View
 
     cloth = woven(*CASES[0])
-    packed, _ = pack(cloth.arrays, cloth.optics.shape[1])
     cell = 1 / np.sqrt(cloth.levels.rows[0] * cloth.levels.columns[0])
     count = 1 << 18
     uv = np.random.default_rng(5).random((2, count)).astype(np.float32)
@@ -169,11 +292,8 @@ def test_the_blend_from_near_to_far_is_continuous(mi: Any) -> None:
     wo = mi.Vector3f(*direction(35, 190))
     found = []
     for footprint in np.geomspace(0.5, 16, 21) * cell:
-        made = packed_bsdf_dict(
-            packed, cloth.optics, (1.0, 1.0),
-            levels=cloth.levels, view=View(constant=float(footprint)),
-        )  # fmt: skip
-        value = mi.load_dict(made, parallel=False).eval(mi.BSDFContext(), si, wo)
+        seen = cloth.dictionary(View(constant=float(footprint)))
+        value = mi.load_dict(seen, parallel=False).eval(mi.BSDFContext(), si, wo)
         found.append(float(np.array(value).mean()))
     steps = np.abs(np.diff(found)) / np.mean(found)
     assert steps.max() < 0.06
@@ -184,7 +304,7 @@ def test_the_blend_from_near_to_far_is_continuous(mi: Any) -> None:
 def test_samples_from_afar_follow_their_density(mi: Any, case: Any) -> None:
     from weaveusd.render import probe
 
-    bsdf = Woven(*case, dense=True).bsdf(99)
+    bsdf = Woven(made(*case), dense=True).bsdf(99)
     angles = ((0, 0), (30, 40), (70, 100), (150, 70))
     for angle in angles:
         found = probe.chi_square(bsdf, direction(*angle))
@@ -231,14 +351,17 @@ def test_no_more_light_comes_back_from_afar_than_arrives(mi: Any, case: Any) -> 
         assert np.array(weight).mean(axis=1).max() <= 1.01
 
 
-def test_moments_of_the_whole_are_those_of_its_parts() -> None:
-    cloth = woven(*CASES[2])
-    fine = distance_moments.moments(cloth.arrays, cloth.threads, (8, 8))
-    whole = distance_moments.moments(cloth.arrays, cloth.threads, (1, 1))
-    while fine.texels.size > 1:
-        fine = distance_moments.coarser(fine)
-    np.testing.assert_allclose(fine.sums, whole.sums, rtol=1e-9, atol=1e-9)
-    np.testing.assert_array_equal(fine.texels, whole.texels)
+@pytest.mark.parametrize("shape", [(8, 8), (9, 6), (7, 1), (1, 11), (3, 2), (21, 13)])
+def test_every_level_is_the_mean_of_the_finest_for_sizes_of_any_kind(shape: Any) -> None:
+    values = np.random.default_rng(4).random((*shape, 3), np.float32)
+    coarse = values
+    while coarse.shape[:2] != (1, 1):
+        rows, columns = coarse.shape[:2]
+        coarse = distance_levels.coarser(coarse)
+        assert coarse.shape[:2] == (max(1, rows // 2), max(1, columns // 2))
+        np.testing.assert_allclose(coarse.mean((0, 1)), values.mean((0, 1)), rtol=1e-5)
+    expected = reduced(values, max(1, shape[1] // 2), max(1, shape[0] // 2))
+    np.testing.assert_allclose(distance_levels.coarser(values), expected, rtol=1e-5)
 
 
 def test_shares_of_a_level_are_the_opacity_of_its_texels() -> None:
@@ -249,22 +372,21 @@ def test_shares_of_a_level_are_the_opacity_of_its_texels() -> None:
 
 
 def test_yarns_in_one_frame_make_a_box_without_width() -> None:
-    tilt = np.array([0.2, 0.3, 0.9], np.float32) / np.linalg.norm([0.2, 0.3, 0.9])
-    along = np.cross(np.cross(tilt, [0, 1, 0]), tilt)
-    along /= np.linalg.norm(along)
-    arrays = {
-        "normal": np.tile(tilt, (8, 8, 1)),
-        "tangent": np.tile(along, (8, 8, 1)),
-        "base_color": np.full((8, 8, 3), 0.4),
-        "opacity": np.ones((8, 8, 1)),
-        "yarn_id": np.zeros((8, 8, 1)),
+    one = {
+        "slopes": (0, 0.5, 0, -0.1),
+        "along": (0.15, 0.045, 0, 0),
+        "across": (0.1, 0.02, 0.05, 0.005),
+        "albedo": (0.2, 0.1, 0, 0.5),
     }
-    threads = Threads(np.array([False]), np.array([0.5], np.float32))
-    levels = distance_levels.make_levels(arrays, np.ones((7, 1), np.float32), threads, (1, 1))
-    whole = levels.numbers[-1]
-    assert whole[distance_levels.RISE] == pytest.approx(1)
-    assert whole[distance_levels.RISE_LOW] == pytest.approx(whole[distance_levels.RISE_HIGH])
-    assert whole[distance_levels.X_LOW] == pytest.approx(whole[distance_levels.X_HIGH], abs=1e-6)
+    maps = {name: np.full((4, 4, 4), values, np.float32) for name, values in one.items()}
+    warp = SystemMaps(maps, 0.5, 0.3, (0,))
+    weft = SystemMaps({name: np.zeros_like(a) for name, a in maps.items()}, 1.0, 0.0, (0,))
+    whole = distance_levels.make_levels(warp, weft).numbers[-1]
+    assert whole[distance_levels.RISE] == pytest.approx(0.5)
+    for low, place in (("RISE_LOW", 0.3), ("ASIDE_LOW", 0.2), ("TWIST_LOW", 0.1)):
+        at = getattr(distance_levels, low)
+        assert whole[at : at + 2] == pytest.approx(place, abs=1e-3)
+    assert whole[distance_levels.RIGHT] == 0
     assert whole[distance_levels.COLOR] == pytest.approx(0.4)
 
 
@@ -301,17 +423,6 @@ def test_a_view_knows_its_eye_and_its_pixel(mi: Any) -> None:
     view = seen_by(mi.load_dict(parallel))
     assert view.per_distance == 0
     assert view.constant == pytest.approx(2 / 200, rel=1e-3)
-
-
-@pytest.mark.parametrize("names", [["a b", ""], ["é:x", "y"], ["warp_1"]])
-def test_a_cloth_that_does_not_state_its_yarns_has_no_levels(names: Any) -> None:
-    stage = Usd.Stage.CreateInMemory()
-    material = stage.DefinePrim("/Material", "Material")
-    material.CreateAttribute("weave:yarns", Sdf.ValueTypeNames.StringArray).Set(names)
-    for name in ("ends", "picks"):
-        material.CreateAttribute(f"weave:{name}", Sdf.ValueTypeNames.Int).Set(2)
-    cloth = woven(*CASES[0])
-    assert distant_levels(material, cloth.arrays, cloth.optics) is None
 
 
 @pytest.mark.parametrize("lod", ["half", -1, 99])

@@ -93,7 +93,7 @@ def packed_bsdf_dict(
         "repeats_u": float(uv_scale[0]),
         "repeats_v": float(uv_scale[1]),
         "gaussian": gaussian,
-        **({} if levels is None else distant_properties(levels, view)),
+        **({} if levels is None else distant_properties(levels, optics, view)),
     }
 
 

@@ -24,7 +24,7 @@ import mitsuba as mi
 
 from weaveusd.render import distance_levels as dl
 from weaveusd.render import lobes, sampling
-from weaveusd.render.distance_frames import DRAWN, Frames, Section, arc_at, spaced
+from weaveusd.render.distance_frames import DRAWN, Frames, Section, across_at, arc_at, spaced
 
 SHORTEST = 1e-4
 """The least half length of an arc in radians, below which it is a point."""
@@ -55,7 +55,7 @@ class Strand:
 
 def strands(
     cell: Sequence[Any],
-    optics: Sequence[Sequence[Any]],
+    optics: Sequence[Sequence[Sequence[Any]]],
     shape: Sequence[Sequence[Any]],
     seen: Seen,
     wi: Any,
@@ -69,7 +69,7 @@ def strands(
     cell
         The numbers of `distance_levels.Levels` at the hit.
     optics
-        Those of warp and of weft, in the order of `YARN_INPUTS`.
+        Of every strand of warp and of weft, in the order of `YARN_INPUTS`.
     shape
         Bend k and flatness ρ of warp and of weft.
     seen
@@ -79,19 +79,19 @@ def strands(
     mirror
         A vector by which the cloth's frame is multiplied where texture coordinates are mirrored.
     chance
-        Uniform numbers: of X, ψ and the class of the warp, and of the weft.
+        Uniform numbers: of X, P and the class of the warp, and of the weft.
     """
     found: list[tuple[Any, lobes.LobeParameters, Frames]] = []
     for system in range(2):
         numbers = cell[system * dl.NUMBERS : (system + 1) * dl.NUMBERS]
         bend, flatness = shape[system]
         color = mi.Color3f(*numbers[dl.COLOR : dl.COLOR + 3])
-        yarn = lobes.LobeParameters(color, *optics[system])
         covered = numbers[dl.FLAT] + numbers[dl.RISE] + numbers[dl.FALL]
         for number in range(DRAWN):
+            yarn = lobes.LobeParameters(color, *optics[system][number])
             x, twist, place = (spaced(chance[3 * system + k], number) for k in range(3))
             section = Section(
-                dr.lerp(numbers[dl.X_LOW], numbers[dl.X_HIGH], x),
+                across_at(numbers, x),
                 dr.lerp(numbers[dl.TWIST_LOW], numbers[dl.TWIST_HIGH], twist),
                 bend, flatness, is_weft=system == 1, mirror=mirror,
             )  # fmt: skip

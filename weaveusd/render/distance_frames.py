@@ -1,6 +1,6 @@
 """Frames of a cell's yarns: where on its arcs, sections and twists they are drawn.
 
-The frame of a yarn at S, X and ψ is that of `distance_moments`.
+The frame of a yarn at S, X and P is that of `distance_levels`.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def uniforms(u: Any, v: Any, count: int) -> list[Any]:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A place on the yarns of a system: X, ψ, k and ρ, and how its frames turn to the cloth's."""
+    """A place on the yarns of a system: X, P, k and ρ, and how its frames turn to the cloth's."""
 
     x: Any
     twist: Any
@@ -58,7 +58,7 @@ class Section:
         side = self.flatness * self.x
         scale = dr.rsqrt(dr.maximum(dr.square(side) + dr.square(cos_v), lobes.TINY))
         side, up = side * scale, cos_v * scale
-        sin_t, cos_t = dr.sincos(self.twist)
+        sin_t, cos_t = self.twist, dr.safe_sqrt(1 - dr.square(self.twist))
         stretch = (1 + self.bend) / (1 + self.bend * cos_v)
         found: Frames = []
         for s in arc:
@@ -77,6 +77,19 @@ def spaced(chance: Any, number: int) -> Any:
     """Return one of `DRAWN` numbers in 0…1 that lie evenly apart, each of them uniform."""
     place = chance + number / DRAWN
     return place - dr.floor(place)
+
+
+def across_at(numbers: Sequence[Any], place: Any) -> Any:
+    """Return X at a place on both halves of the yarns, first that where X is positive.
+
+    |X| grows in the first and shrinks in the other: strands half a place apart differ in it.
+    """
+    right = numbers[dl.RIGHT]
+    is_right = place < right
+    within = dr.select(is_right, place, 1 - place)
+    within /= dr.maximum(dr.select(is_right, right, 1 - right), lobes.TINY)
+    aside = dr.lerp(numbers[dl.ASIDE_LOW], numbers[dl.ASIDE_HIGH], within)
+    return dr.select(is_right, aside, -aside)
 
 
 def arc_at(numbers: Sequence[Any], place: Any) -> Sequence[Any]:

@@ -68,7 +68,9 @@ def resolved(asset: Any, where: str) -> str:
     return path
 
 
-def read_image(path: str, where: str, *, most_bytes: int | None = None) -> Image:
+def read_image(
+    path: str, where: str, *, most_bytes: int | None = None, most_texels: int | None = None
+) -> Image:
     """Return the image at a resolved path, which may lie inside a usdz package.
 
     Of more than four channels the first four are read.
@@ -77,15 +79,15 @@ def read_image(path: str, where: str, *, most_bytes: int | None = None) -> Image
     ------
     StageError
         When the file is no image, holds a texel that is no finite number, is larger than
-        `MAX_SIDE` or would take more than `most_bytes` of memory; sizes are taken from the
-        header, before memory is.
+        `MAX_SIDE`, has more than `most_texels` or would take more than `most_bytes` of memory;
+        sizes are taken from the header, before memory is.
     """
     with _on_disk(path, where) as file:
         opened = oiio.ImageInput.open(file, _AS_STORED)
         if opened is None:
             raise StageError(f"{where}: {path} is no image that can be read: {_reason()}")
         try:
-            return _decode(opened, path, where, most_bytes)
+            return _decode(opened, path, where, most_bytes, most_texels)
         finally:
             opened.close()
 
@@ -120,12 +122,19 @@ def to_srgb(values: NDArray[np.float32]) -> NDArray[np.float32]:
     return np.where(clipped <= 0.0031308, clipped * 12.92, high).astype(np.float32)
 
 
-def _decode(opened: Any, path: str, where: str, most_bytes: int | None) -> Image:
+def _decode(
+    opened: Any, path: str, where: str, most_bytes: int | None, most_texels: int | None
+) -> Image:
     spec = opened.spec()
     if not (0 < spec.width <= MAX_SIDE and 0 < spec.height <= MAX_SIDE and spec.depth <= 1):
         raise StageError(
             f"{where}: {path} has {spec.width} x {spec.height} x {spec.depth} texels, "
             f"expected at most {MAX_SIDE} x {MAX_SIDE}"
+        )
+    if most_texels is not None and spec.width * spec.height > most_texels:
+        raise StageError(
+            f"{where}: {path} has {spec.width} x {spec.height} texels, "
+            f"expected at most {most_texels} in all"
         )
     if not 0 < spec.nchannels <= MAX_CHANNELS:
         raise StageError(f"{where}: {path} has {spec.nchannels} channels, at most {MAX_CHANNELS}")
