@@ -35,35 +35,69 @@ vec3 weaveusd_albedo(vec3 base_color, float albedo_gain)
     return clamp(base_color * albedo_gain, vec3(0.0), vec3(1.0));
 }
 
+// Two directions at a fibre: cosines of their inclinations theta and of half the differences of
+// inclinations and azimuths phi. Only sum and difference of the angles matter.
+struct WeaveusdPair
+{
+    float cos_i;
+    float cos_o;
+    float cos_d;
+    float cos_half;
+    float theta_h;
+};
+
+WeaveusdPair weaveusd_pair(vec3 wi, vec3 wo, vec3 n, vec3 t)
+{
+    vec3 side = cross(n, t);
+    vec2 flat_i = vec2(dot(wi, n), dot(wi, side));
+    vec2 flat_o = vec2(dot(wo, n), dot(wo, side));
+    float sin_i = dot(wi, t);
+    float sin_o = dot(wo, t);
+    WeaveusdPair pair;
+    pair.cos_i = length(flat_i);
+    pair.cos_o = length(flat_o);
+    float both = pair.cos_i * pair.cos_o;
+    pair.theta_h = 0.5 * WEAVEUSD_ATAN(sin_i * pair.cos_o + sin_o * pair.cos_i, both - sin_i * sin_o);
+    pair.cos_d = sqrt(clamp(0.5 + 0.5 * (both + sin_i * sin_o), 0.0, 1.0));
+    float cos_phi = clamp(dot(flat_i, flat_o) / max(both, 1e-12), -1.0, 1.0);
+    pair.cos_half = sqrt(0.5 + 0.5 * cos_phi);
+    return pair;
+}
+
+// The part of a lobe along the fibre, from its profile in theta_h.
+float weaveusd_spread(WeaveusdPair pair, float profile)
+{
+    float m = max(max(pair.cos_i, pair.cos_o), 1e-6);
+    return 0.5 * profile / (m * m);
+}
+
+// f_R, on the side of the viewer.
+float weaveusd_surface(WeaveusdPair pair, float eta, float k_s, float profile)
+{
+    return k_s * WEAVEUSD_SURFACE_SCALE * weaveusd_fresnel(pair.cos_d * pair.cos_half, eta)
+           * pair.cos_half * weaveusd_spread(pair, profile);
+}
+
+// f_V, on the side of the viewer where `same`.
+float weaveusd_volume(WeaveusdPair pair, float eta, float k_d, float tau, float profile, bool same)
+{
+    float through = (1.0 - weaveusd_fresnel(pair.cos_i, eta))
+                    * (1.0 - weaveusd_fresnel(pair.cos_o, eta));
+    float scatter = (1.0 - k_d) * weaveusd_spread(pair, profile)
+                    + 0.5 * k_d / max(pair.cos_i + pair.cos_o, 1e-6);
+    return (same ? 1.0 - tau : tau) * 0.5 * through * scatter;
+}
+
 // f_R |n.wo| and N_V f_V |n.wo|, in 1/sr.
 vec2 weaveusd_lobes(vec3 wi, vec3 wo, vec3 n, vec3 t, float eta, float k_d, float k_s,
                     float gamma_s, float gamma_v, float tau, float normalization)
 {
-    vec3 up = dot(n, wi) < 0.0 ? -n : n;
-    vec3 side = cross(up, t);
-    vec2 flat_i = vec2(dot(wi, up), dot(wi, side));
-    vec2 flat_o = vec2(dot(wo, up), dot(wo, side));
-    float sin_i = dot(wi, t);
-    float sin_o = dot(wo, t);
-    float cos_i = length(flat_i);
-    float cos_o = length(flat_o);
-    bool same = flat_o.x > 0.0;
-
-    // Inclinations theta and azimuths phi only matter by sum and difference.
-    float theta_h = 0.5 * WEAVEUSD_ATAN(sin_i * cos_o + sin_o * cos_i, cos_i * cos_o - sin_i * sin_o);
-    float cos_d = sqrt(clamp(0.5 + 0.5 * (cos_i * cos_o + sin_i * sin_o), 0.0, 1.0));
-    float cos_phi = clamp(dot(flat_i, flat_o) / max(cos_i * cos_o, 1e-12), -1.0, 1.0);
-    float cos_half = sqrt(0.5 + 0.5 * cos_phi);
-
-    float m = max(max(cos_i, cos_o), 1e-6);
-    float narrow = 0.5 * weaveusd_cauchy(gamma_s, theta_h) / (m * m);
-    float wide = 0.5 * weaveusd_cauchy(gamma_v, theta_h) / (m * m);
-    float f_r = k_s * WEAVEUSD_SURFACE_SCALE * weaveusd_fresnel(cos_d * cos_half, eta) * cos_half
-                * narrow;
-    float through = (1.0 - weaveusd_fresnel(cos_i, eta)) * (1.0 - weaveusd_fresnel(cos_o, eta));
-    float scatter = (1.0 - k_d) * wide + 0.5 * k_d / max(cos_i + cos_o, 1e-6);
-    float f_v = (same ? 1.0 - tau : tau) * 0.5 * through * scatter;
-    return vec2(same ? f_r : 0.0, normalization * f_v) * abs(flat_o.x);
+    float cos_n = dot(n, wi) < 0.0 ? -dot(n, wo) : dot(n, wo);
+    bool same = cos_n > 0.0;
+    WeaveusdPair pair = weaveusd_pair(wi, wo, n, t);
+    float f_r = weaveusd_surface(pair, eta, k_s, weaveusd_cauchy(gamma_s, pair.theta_h));
+    float f_v = weaveusd_volume(pair, eta, k_d, tau, weaveusd_cauchy(gamma_v, pair.theta_h), same);
+    return vec2(same ? f_r : 0.0, normalization * f_v) * abs(cos_n);
 }
 
 // The BSDF times |n.wo|, in 1/sr; `albedo` is that of the fibre.

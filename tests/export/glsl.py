@@ -9,6 +9,7 @@ radiance 1. Each picture becomes an array (size, size, 3) of float32, the first 
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
 import shutil
@@ -72,6 +73,7 @@ def _main(jobs: list[Job]) -> None:
 
     library = mx.createDocument()
     mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), library)
+    exr = _new_exr_loader()
     for job in jobs:
         path = Path(job.document)
         document = mx.createDocument()
@@ -87,6 +89,7 @@ def _main(jobs: list[Job]) -> None:
         renderer.initialize()
         renderer.setLightHandler(_new_lights(document, sun, context, job.environment))
         images = GLTextureHandler.create(PyMaterialXRender.StbImageLoader.create())
+        images.addLoader(exr)
         images.setSearchPath(mx.FileSearchPath(str(path.parent)))
         renderer.setImageHandler(images)
         square = Path(job.target).with_suffix(".obj")
@@ -127,6 +130,30 @@ def _new_generator(document: Any, folder: Path) -> tuple[Any, Any]:
     context.getOptions().hwMaxActiveLightSources = 1
     context.getOptions().fileTextureVerticalFlip = True
     return generator, context
+
+
+def _new_exr_loader() -> Any:
+    """Return a loader of EXR images by OpenImageIO, which MaterialX's wheels are built without."""
+    import OpenImageIO as oiio  # noqa: N813
+    from MaterialX import PyMaterialXRender
+
+    class Loader(PyMaterialXRender.ImageLoader):
+        def __init__(self) -> None:
+            PyMaterialXRender.ImageLoader.__init__(self)
+
+        def supportedExtensions(self) -> set[str]:
+            return {"exr"}
+
+        def loadImage(self, path: Any) -> Any:
+            texels = np.ascontiguousarray(oiio.ImageBuf(path.asString()).get_pixels(oiio.FLOAT))
+            height, width, channels = texels.shape
+            kind = PyMaterialXRender.BaseType.FLOAT
+            image = PyMaterialXRender.Image.create(width, height, channels, kind)
+            image.createResourceBuffer()
+            ctypes.memmove(image.getResourceBuffer(), texels.ctypes.data, texels.nbytes)
+            return image
+
+    return Loader()
 
 
 def _new_lights(document: Any, sun: Any, context: Any, environment: bool) -> Any:

@@ -19,7 +19,7 @@ from MaterialX import (
 )
 
 from tests.export.glsl import Job, render, view
-from weaveusd.contract import SHADER_YARN_ARRAYS
+from weaveusd.contract import MOMENT_MAPS, SHADER_YARN_ARRAYS, SYSTEMS
 from weaveusd.shading import laws
 from weaveusd.shading.microcylinder import Parameters, evaluate
 from weaveusd.shading.normalization import normalization
@@ -155,9 +155,14 @@ def library_document() -> mx.Document:
 
 def test_the_node_takes_the_inputs_of_the_contract():
     definition = library_document().getNodeDef("ND_weaveusd_cloth")
-    assert set(SHADER_YARN_ARRAYS) | {"weight", "base_color", "normal", "tangent"} == {
-        put.getName() for put in definition.getActiveInputs()
+    of_yarn = {*SHADER_YARN_ARRAYS, "weight", "base_color", "normal", "tangent"}
+    of_surface = {"surface_normal", "surface_tangent", "surface_bitangent", "moment_texels"}
+    moments = {
+        f"{system}_{name}"
+        for system in SYSTEMS
+        for name in (*MOMENT_MAPS, "section", "fibres", "lobes")
     }
+    assert of_yarn | of_surface | moments == {put.getName() for put in definition.getActiveInputs()}
     assert all(put.getAttribute("doc") for put in definition.getActiveInputs())
 
 

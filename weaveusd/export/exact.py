@@ -10,6 +10,7 @@ import MaterialX as mx  # noqa: N813
 
 from weaveusd.contract import CLOTH_SHADER_ID, MATERIALX_NODE_DIR, SHADER_YARN_ARRAYS
 from weaveusd.export.attributes import tidy
+from weaveusd.export.exact_distance import connect_moments
 from weaveusd.export.files import CLOTH_ITSELF
 from weaveusd.export.mtlx_nodes import (
     add_image,
@@ -36,7 +37,8 @@ def write_exact(material: ClothMaterial, folder: Path, files: LookFiles = CLOTH_
 
     The node `weaveusd_cloth` takes the optics of one yarn. They come from the yarn id by
     standard `switch` nodes, which every target of MaterialX has and which lose no digit; an
-    input that all yarns share is a plain value. The document includes its node from
+    input that all yarns share is a plain value. Of a cloth from afar it takes the moment maps,
+    with the optics of each kind of yarn. The document includes its node from
     `contract.MATERIALX_NODE_DIR`, and needs nothing installed: a renderer that looks for shader
     sources beside the document finds them.
     """
@@ -71,6 +73,7 @@ def write_exact(material: ClothMaterial, folder: Path, files: LookFiles = CLOTH_
         else:
             add_output(graph, f"{name}_out", lookup.add(name, values))
             connect_output(cloth, name, graph, f"{name}_out")
+    connect_moments(cloth, graph, maps.repeats, material, files)
     surface.setConnectedNode("bsdf", cloth)
     surface.setInputValue("thin_walled", True)
     add_material(document, material.name, surface)
