@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -122,8 +122,9 @@ def publish(
         Keep the draft's author, address, e-mail, telephone and fax in the asset's ``draft.wif``.
         They are left out of everything else in any case.
     previews
-        Render pictures into the asset: draped, swatch, and to scale. It takes minutes, and they
-        differ in their last bits from machine to machine, and with them the asset's content.
+        Render pictures into the asset: draped, swatch, and to scale, and of 15 other colorways at
+        most the draped one. It takes minutes, and they differ in their last bits from machine to
+        machine, and with them the asset's content.
     exact
         Write ``exact.mtlx`` too: MaterialX by our own node, for renderers that run its GLSL.
     glslfx
@@ -187,25 +188,28 @@ def publish(
     tell(0.05)
     findings = _recipe_findings(cloths)
     also = [n for n, asked in (("exact", exact), ("glslfx", glslfx)) if asked] + [*other_doors]
-    losses = losses_as_json(losses_of(cloths[first], also))
+    told = {colorway: losses_of(cloth, also) for colorway, cloth in cloths.items()}
+    losses = losses_as_json(told.pop(first), told)
+    pictures = _pictures(tuple(cloths) if colorways else ()) if previews else {}
 
     def write(folder: Path) -> None:
         entry = write_asset(
             cloths[first],
             folder,
             colorways=cloths if colorways else None,
-            previews=_preview_names() if previews else (),
+            previews=pictures,
             also=also,
             jobs=jobs,
-            progress=lambda share: tell(0.05 + _WRITING * share * (0.1 if previews else 1)),
+            progress=lambda share: tell(0.05 + _WRITING * share * (0.1 if pictures else 1)),
         )
-        if previews:
+        if pictures:
             from weaveusd.contract import PREVIEW_DIR
             from weaveusd.render.previews import render_previews
 
             render_previews(
                 entry,
                 folder / PREVIEW_DIR,
+                pictures,
                 progress=lambda share: tell(0.05 + _WRITING * (0.1 + 0.9 * share)),
             )
         if other_doors:
@@ -243,10 +247,10 @@ def publish(
     )
 
 
-def _preview_names() -> tuple[str, ...]:
-    from weaveusd.render.previews import PREVIEWS
+def _pictures(colorways: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    from weaveusd.render.previews import pictures_of
 
-    return PREVIEWS
+    return pictures_of(colorways)
 
 
 def _color_space(name: str) -> ColorSpace:

@@ -84,6 +84,22 @@ def test_networks_on_request_are_reported_where_they_are(network):
     assert [n.network for n in losses_of(cloth(), [network])] == [*names, network]
 
 
+def test_of_a_colorway_only_what_it_loses_otherwise_is_told():
+    opaque = with_optics(tau=0.2)
+    found = losses.differing(losses_of(opaque), losses_of(cloth()))
+    assert set(found) == {"mitsuba", "openpbr", "standard_surface", "preview"}
+    assert [e.effect for e in found["mitsuba"]] == [losses.OPTICS]
+    assert {e.effect for e in found["preview"]} == {losses.OPTICS, losses.TRANSMISSION}
+
+    errors = replace(FITS.errors, openpbr=0.5)
+    other = losses_of(replace(cloth(), fits=replace(FITS, errors=errors)))
+    told = losses_as_json(losses_of(cloth()), {"same": losses_of(cloth()), "other": other})
+    assert [n["network"] for n in told if "colorways" in n] == ["openpbr"]
+    (effect,) = told[1]["colorways"].pop("other")
+    assert (effect["effect"], effect["error"]) == (losses.REFLECTANCE, 0.5)
+    assert not told[1]["colorways"]
+
+
 def test_json_has_no_empty_fields():
     for network in losses_as_json(losses_of(cloth())):
         for effect in network["effects"]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from tests.export.cloths import cloth
+from tests.export.cloths import FITS, cloth
 from weaveusd.export.readme import escaped, readme_text
 
 
@@ -35,10 +35,53 @@ def test_it_has_size_yarns_networks_and_origin():
     assert "previews" not in text
 
 
-def test_colorways_and_previews_are_told_where_there_are_some():
-    text = readme_text(cloth(), 1.0, ("natural", "blue"), previews=True)
-    assert "`natural`, `blue`; `natural` is the default" in text
-    assert "(previews/draped.png)" in text
+def dyed(color, **fits):
+    """The cloth in another color, all of which its fibres reach."""
+    material = cloth()
+    yarns = tuple(replace(y, color=color) for y in material.weave.yarns)
+    return replace(
+        material,
+        weave=replace(material.weave, yarns=yarns),
+        measured=tuple(m._replace(reached=color) for m in material.measured),
+        fits=replace(material.fits, **fits),
+    )
+
+
+def test_every_colorway_is_listed_with_its_colors_its_losses_and_its_picture():
+    errors = replace(FITS.errors, openpbr=0.4321)
+    together = replace(FITS.together, base=0.6)
+    looks = {
+        "natural": cloth(),
+        "blue": dyed((0.0, 0.0, 1.0), errors=errors, together=together),
+        "late": cloth(),
+    }
+    pictures = {"natural": ("draped.png", "swatch.png"), "blue": ("draped.blue.png",)}
+    text = readme_text(looks["natural"], 1.0, looks, pictures)
+    assert "`natural`, `blue`, `late`; `natural` is the default" in text
+    assert "![The cloth, draped](previews/draped.png)" in text
+    (found,) = (table for table in tables(text) if table[0][0] == "colorway")
+    head, _, natural, blue, late = found
+    assert head[3:] == ["openpbr", "standard_surface", "preview"]
+    assert natural[0] == "[`natural`](previews/draped.png)"
+    assert natural[2].startswith("warp `#958963` → `#")
+    assert blue[0] == "[`blue`](previews/draped.blue.png)"
+    assert blue[2:4] == ["warp `#0000ff`, weft `#0000ff`", "43.2% off"]
+    assert late[0] == "`late`"
+    assert late[1:] == natural[1:]
+    assert "Pictures are made of the first 2 colorways only." in text
+    assert "- `blue`, standard_surface: color of every yarn: nearly, 60% of it in" in text
+    assert "- `late`" not in text
+
+
+def test_a_colorway_of_many_yarns_lists_the_first_and_counts_the_rest():
+    material = cloth()
+    many = 20
+    weave = replace(material.weave, yarns=material.weave.yarns[:1] * many)
+    crowd = replace(
+        material, weave=weave, measured=material.measured[:1] * many,
+        normalization=material.normalization[:1] * many,
+    )  # fmt: skip
+    assert " and 12 more |" in readme_text(crowd, 1.0, {"crowd": crowd})
 
 
 def test_every_table_has_as_many_cells_in_each_row():

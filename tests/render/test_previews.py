@@ -71,6 +71,34 @@ def test_the_pictures_are_in_the_asset_and_the_entry_names_them(tmp_path, small)
     assert columns.size / 4 == pytest.approx(49, abs=2.5)
 
 
+def test_every_colorway_has_a_picture_that_its_variant_shows(tmp_path, small):
+    done = published(tmp_path, previews=True, colorways={"dark": "denim"}, doors=["usdz"])
+    files = {record.path for record in done.asset.files if record.path.startswith("previews/")}
+    assert files == {f"previews/{name}.png" for name in (*previews.PREVIEWS, "draped.dark")}
+    stage = open_stage(done.asset.entry)
+    root = stage.GetDefaultPrim()
+    light = [
+        OpenImageIO.ImageBuf(str(done.asset.folder / "previews" / f"draped{name}.png"))
+        for name in ("", ".dark")
+    ]
+    assert np.abs(np.subtract(*(p.get_pixels(OpenImageIO.FLOAT) for p in light))).max() > 0.05
+    for colorway, file in {"linen": "draped", "dark": "draped.dark"}.items():
+        root.GetVariantSet("colorway").SetVariantSelection(colorway)
+        thumbnails = UsdMedia.AssetPreviewsAPI(root).GetDefaultThumbnails()
+        assert thumbnails.defaultImage.path == f"./previews/{file}.png"
+    assert "[`dark`](previews/draped.dark.png)" in (done.asset.folder / "README.md").read_text()
+    assert done.findings == []
+
+
+def test_only_so_many_colorways_have_a_picture():
+    assert previews.pictures_of() == {"": ("draped.png", "swatch.png", "scale.png")}
+    names = [f"c{i}" for i in range(40)]
+    found = previews.pictures_of(names)
+    assert list(found) == names[: previews.MAX_PREVIEWED]
+    assert found["c0"] == previews.pictures_of()[""]
+    assert found["c9"] == ("draped.c9.png",)
+
+
 def test_a_scene_wears_the_colorway_that_is_named(tmp_path):
     done = published(tmp_path, colorways={"dark": "denim"})
     seen = [

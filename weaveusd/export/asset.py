@@ -10,16 +10,19 @@ from typing import TYPE_CHECKING
 
 from weaveusd.contract import (
     CHANNELS,
+    LOBE_MAPS,
     MAX_YARNS,
     README_FILE,
     TEXTURE_DIR,
     entry_layer,
+    lobe_file,
 )
 from weaveusd.export.entry import new_layer, write_entry
 from weaveusd.export.exact import write_exact
 from weaveusd.export.files import CLOTH_ITSELF, LookFiles
 from weaveusd.export.glslfx import glslfx_text
 from weaveusd.export.layers import define_prim
+from weaveusd.export.lobe_maps import lobe_maps
 from weaveusd.export.look import define_look
 from weaveusd.export.materialx import write_materialx
 from weaveusd.export.moments import moment_files, moment_sums, write_moment_maps
@@ -38,7 +41,7 @@ def write_asset(
     folder: Path,
     *,
     colorways: Mapping[str, ClothMaterial] | None = None,
-    previews: Sequence[str] = (),
+    previews: Mapping[str, Sequence[str]] | None = None,
     also: Collection[str] = (),
     jobs: int | None = None,
     progress: Progress | None = None,
@@ -61,7 +64,8 @@ def write_asset(
         their names are safe too. Each has a look layer of its own, and those of its textures
         that differ from the default's. None for a cloth without variants.
     previews
-        Names of the pictures that will lie in `contract.PREVIEW_DIR`, the first the thumbnail.
+        Files of the pictures that will lie in `contract.PREVIEW_DIR`, by colorway or of "" where
+        there are none, the first the thumbnail.
     also
         Networks on request: ``exact``, a MaterialX document with our own node, and ``glslfx``,
         our shader for Storm. Names of other doors are for the README's losses alone.
@@ -93,7 +97,7 @@ def write_asset(
     entry = folder / entry_layer(material.name)
     names = () if colorways is None else tuple(colorways)
     write_entry(material.name, entry, dict(zip(names, files, strict=False)), previews)
-    text = readme_text(material, covers[0], names, previews=bool(previews), also=also)
+    text = readme_text(material, covers[0], colorways, previews=previews, also=also)
     (folder / README_FILE).write_text(text, encoding="utf-8")
     return entry
 
@@ -134,7 +138,7 @@ def _shared(progress: Progress | None, index: int, count: int) -> Progress | Non
 def _write_textures(
     material: ClothMaterial, folder: Path, jobs: int | None, progress: Progress | None
 ) -> float:
-    """Write textures and moment maps into the new `folder`; return the mean of the opacity."""
+    """Write textures, moment and lobe maps into the new `folder`; return the mean opacity."""
     folder.mkdir()
     sums = moment_sums(material)
     shadings = [standard_shading(fit) for fit in material.fits.yarns]
@@ -142,15 +146,16 @@ def _write_textures(
         "roughness": [shading.openpbr_roughness for shading in shadings],
         "anisotropy": [shading.openpbr_anisotropy for shading in shadings],
     }
-    cover = write_textures(
-        material.textures,
-        folder,
-        per_yarn,
-        color_space=material.color_space,
-        also=[sums.add],
-        jobs=jobs,
-        progress=progress,
-    )
+    with lobe_maps(material, folder) as add_lobes:
+        cover = write_textures(
+            material.textures,
+            folder,
+            per_yarn,
+            color_space=material.color_space,
+            also=[add_lobes, sums.add],
+            jobs=jobs,
+            progress=progress,
+        )
     write_moment_maps(sums.maps(), folder, material.textures.repeat_mm, material.color_space)
     return cover
 
@@ -161,7 +166,7 @@ def _without_twins(material: ClothMaterial, folder: Path, files: LookFiles) -> L
         return files
     own = set()
     textures = (name for channel in CHANNELS.values() for name in channel.files)
-    for file in (*textures, *moment_files(material.weave)):
+    for file in (*textures, *map(lobe_file, LOBE_MAPS), *moment_files(material.weave)):
         path, twin = folder / files.folder / file, folder / TEXTURE_DIR / file
         if twin.exists() and filecmp.cmp(path, twin, shallow=False):
             path.unlink()

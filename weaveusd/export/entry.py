@@ -18,32 +18,29 @@ PREVIEWS_API = "AssetPreviewsAPI"
 
 
 def write_entry(
-    name: str, path: Path, colorways: Mapping[str, LookFiles], previews: Sequence[str] = ()
+    name: str,
+    path: Path,
+    colorways: Mapping[str, LookFiles],
+    previews: Mapping[str, Sequence[str]] | None = None,
 ) -> None:
     """Write the entry layer of the asset `name` as `path`.
 
     Its root references the look layer, or has a variant for each of `colorways` that references
-    its own, the first being chosen. `previews` are names of pictures; the first is the thumbnail
-    that UsdMediaAssetPreviewsAPI calls default, the others stand beside it under their names.
+    its own, the first being chosen. `previews` are files of pictures by colorway, of "" where
+    there are none; the first is the thumbnail that UsdMediaAssetPreviewsAPI calls default, that of
+    the variant chosen, and the others stand beside it under their names.
     """
+    pictures = previews or {}
     layer = new_layer(name)
     root = define_prim(layer, name, "Scope")
     if colorways:
-        _define_variants(root, colorways)
+        _define_variants(root, colorways, pictures)
     else:
         root.referenceList.prependedItems = [Sdf.Reference(f"./{LOOK_LAYER}")]
-    info: dict[str, object] = {"identifier": Sdf.AssetPath(f"./{path.name}"), "name": name}
-    if previews:
+    if pictures:
         apply_schemas(root, [PREVIEWS_API])
-        info["previews"] = {
-            "thumbnails": {
-                ("default" if index == 0 else picture): {
-                    "defaultImage": Sdf.AssetPath(f"./{PREVIEW_DIR}/{picture}.png")
-                }
-                for index, picture in enumerate(previews)
-            }
-        }
-    root.assetInfo = info
+    identity = {"identifier": Sdf.AssetPath(f"./{path.name}"), "name": name}
+    root.assetInfo = identity | _previews(pictures.get("", ()))
     path.write_text(layer.ExportToString(), encoding="utf-8")
 
 
@@ -56,10 +53,27 @@ def new_layer(default_prim: str) -> Sdf.Layer:
     return layer
 
 
-def _define_variants(root: Sdf.PrimSpec, colorways: Mapping[str, LookFiles]) -> None:
+def _previews(files: Sequence[str]) -> dict[str, object]:
+    """Return what an asset's information says of its pictures; nothing where there is none."""
+    thumbnails = {
+        ("default" if index == 0 else file.partition(".")[0]): {
+            "defaultImage": Sdf.AssetPath(f"./{PREVIEW_DIR}/{file}")
+        }
+        for index, file in enumerate(files)
+    }
+    return {"previews": {"thumbnails": thumbnails}} if thumbnails else {}
+
+
+def _define_variants(
+    root: Sdf.PrimSpec,
+    colorways: Mapping[str, LookFiles],
+    pictures: Mapping[str, Sequence[str]],
+) -> None:
     variants = Sdf.VariantSetSpec(root, COLORWAYS)
     for colorway, files in colorways.items():
         spec = Sdf.VariantSpec(variants, colorway).primSpec
         spec.referenceList.prependedItems = [Sdf.Reference(f"./{files.look}")]
+        if colorway in pictures:
+            spec.assetInfo = _previews(pictures[colorway])
     root.variantSetNameList.prependedItems = [COLORWAYS]
     root.variantSelections[COLORWAYS] = next(iter(colorways))

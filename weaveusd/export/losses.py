@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from weaveusd.contract import CLOTH_SHADER_ID, GLSLFX_CONTEXT, MITSUBA_CONTEXT, MTLX_SURFACES
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
     from weaveusd.shading.material import ClothMaterial, StandardFit
 
@@ -37,6 +37,10 @@ class Effect:
     how: str = ""
     error: float | None = None
 
+    def as_dict(self) -> dict[str, Any]:
+        """Return the effect as JSON types, without the keys that say nothing."""
+        return {key: value for key, value in asdict(self).items() if value not in (None, "")}
+
 
 @dataclass(frozen=True, slots=True)
 class NetworkLosses:
@@ -48,11 +52,8 @@ class NetworkLosses:
     effects: tuple[Effect, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the losses as JSON types, an effect without an error lacking the key."""
-        effects = [
-            {key: value for key, value in asdict(effect).items() if value not in (None, "")}
-            for effect in self.effects
-        ]
+        """Return the losses as JSON types."""
+        effects = [effect.as_dict() for effect in self.effects]
         return {"network": self.network, "where": self.where, "effects": effects}
 
 
@@ -99,9 +100,32 @@ def losses_of(material: ClothMaterial, also: Collection[str] = ()) -> tuple[Netw
     return always + tuple(made for made in _on_request(material) if made.network in also)
 
 
-def losses_as_json(losses: Sequence[NetworkLosses]) -> list[dict[str, Any]]:
-    """Return `losses` as JSON types."""
-    return [network.as_dict() for network in losses]
+def differing(
+    losses: Sequence[NetworkLosses], default: Sequence[NetworkLosses]
+) -> dict[str, tuple[Effect, ...]]:
+    """Return by network the effects of `losses` that are not as in `default`, a colorway's.
+
+    A network without any is left out.
+    """
+    known = {network.network: set(network.effects) for network in default}
+    own = {n.network: tuple(e for e in n.effects if e not in known[n.network]) for n in losses}
+    return {network: effects for network, effects in own.items() if effects}
+
+
+def losses_as_json(
+    losses: Sequence[NetworkLosses], others: Mapping[str, Sequence[NetworkLosses]] | None = None
+) -> list[dict[str, Any]]:
+    """Return `losses` as JSON types.
+
+    Of `others`, the losses of more colorways by name, each network has under ``colorways`` the
+    effects that are not as in `losses`, where there are any.
+    """
+    found = {network.network: network.as_dict() for network in losses}
+    for colorway, own in (others or {}).items():
+        for network, effects in differing(own, losses).items():
+            listed = found[network].setdefault("colorways", {})
+            listed[colorway] = [effect.as_dict() for effect in effects]
+    return list(found.values())
 
 
 def _on_request(material: ClothMaterial) -> tuple[NetworkLosses, ...]:

@@ -3,18 +3,32 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from itertools import islice
+from typing import TYPE_CHECKING, cast
 
-from weaveusd.contract import COLORWAYS, MATERIAL_NAME, MTLX_SURFACES, MTLX_VARIANTS, entry_layer
+from weaveusd.color_space import to_rec709
+from weaveusd.contract import (
+    COLORWAYS,
+    MATERIAL_NAME,
+    MTLX_SURFACES,
+    MTLX_VARIANTS,
+    PREVIEW_DIR,
+    entry_layer,
+)
 from weaveusd.export.attributes import cloth_values, plain_text, yarn_values
-from weaveusd.export.losses import losses_of
+from weaveusd.export.losses import differing, losses_of
+from weaveusd.yarn.color import srgb_from_linear
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Sequence
+    from collections.abc import Collection, Iterable, Mapping, Sequence
 
+    from weaveusd.contract import ColorSpace
     from weaveusd.export.attributes import Value
     from weaveusd.export.losses import NetworkLosses
     from weaveusd.shading.material import ClothMaterial
+
+MAX_COLORS = 8
+"""Yarns of a colorway whose colors are listed."""
 
 _SIGNS = {"carried": "yes", "approximated": "nearly", "dropped": "no"}
 
@@ -22,20 +36,22 @@ _SIGNS = {"carried": "yes", "approximated": "nearly", "dropped": "no"}
 def readme_text(
     material: ClothMaterial,
     cover: float,
-    colorways: Sequence[str] = (),
-    previews: bool = False,
+    colorways: Mapping[str, ClothMaterial] | None = None,
+    previews: Mapping[str, Sequence[str]] | None = None,
     also: Collection[str] = (),
 ) -> str:
     """Return the text, in Markdown, of an asset with its `cover`, the mean of its opacity.
 
-    `colorways` are the names of all of them where there are several, the first being the one
-    described and the default; with `previews` there are pictures; `also` names the networks on
-    request.
+    `colorways` are all of them by name where there are several, the first being `material`, the
+    one described in full and the default; `previews` are files of pictures by colorway, of ""
+    where there are none; `also` names the networks on request.
     """
     values = cloth_values(material, cover)
+    pictures = previews or {}
     sections = [
-        _head(material, values, previews),
-        _use(material, colorways),
+        _head(material, values, pictures),
+        _use(material, tuple(colorways or ())),
+        *([_colorways(colorways, pictures, also)] if colorways else []),
         _size(values),
         _yarns(material),
         _networks(losses_of(material, also)),
@@ -44,7 +60,9 @@ def readme_text(
     return "\n\n".join(sections) + "\n"
 
 
-def _head(material: ClothMaterial, values: dict[str, Value], previews: bool) -> str:
+def _head(
+    material: ClothMaterial, values: dict[str, Value], pictures: Mapping[str, Sequence[str]]
+) -> str:
     title = escaped(str(values["draftTitle"])) or material.name
     lines = [
         f"# {material.name}",
@@ -52,8 +70,8 @@ def _head(material: ClothMaterial, values: dict[str, Value], previews: bool) -> 
         f"Woven cloth, {title}, of {escaped(str(values['recipe']))}: a material for USD and "
         "MaterialX, with textures made from the geometry of its yarns.",
     ]
-    if previews:
-        lines += ["", "![The cloth, draped](previews/draped.png)"]
+    for thumbnail, *_ in islice(pictures.values(), 1):
+        lines += ["", f"![The cloth, draped]({PREVIEW_DIR}/{thumbnail})"]
     return "\n".join(lines)
 
 
@@ -76,11 +94,76 @@ def _use(material: ClothMaterial, colorways: Sequence[str]) -> str:
         lines += [
             "",
             f"The variant set `{COLORWAYS}` of the root has {names}; `{colorways[0]}` is the "
-            "default and the one described here.",
+            "default and the one described below the colorways.",
         ]
     surfaces = " or ".join(f"`{name}`" for name in MTLX_VARIANTS)
     lines += ["", f"The variant set `{MTLX_SURFACES}` of the material chooses {surfaces}."]
     return "\n".join(lines)
+
+
+def _colorways(
+    colorways: Mapping[str, ClothMaterial],
+    pictures: Mapping[str, Sequence[str]],
+    also: Collection[str],
+) -> str:
+    """Return a row for each colorway, and what its networks lose other than the default's."""
+    losses = {name: losses_of(cloth, also) for name, cloth in colorways.items()}
+    default = next(iter(losses.values()))
+    measured = [n.network for n in default if _error(n) is not None]
+    rows = [
+        (
+            _linked(name, pictures.get(name)), escaped(cloth.provenance.recipe), _colors(cloth),
+            *(f"{_error(n):.1%} off" for n in losses[name] if n.network in measured),
+        )
+        for name, cloth in colorways.items()
+    ]  # fmt: skip
+    notes = [
+        f"- `{name}`, {network}: {effect.effect}: {_SIGNS[effect.fate]}"
+        + (f", {effect.how}" if effect.how else "")
+        for name, own in losses.items()
+        for network, effects in differing(own, default).items()
+        for effect in effects
+        if effect.error is None
+    ]
+    parts = [
+        "## Colorways",
+        "Colors of the yarns as sRGB; behind an arrow what the exact shader shows of one that is "
+        "lighter than its fibres reach.",
+        _table(("colorway", "recipe", "yarns", *measured), rows),
+    ]
+    if pictures and len(pictures) < len(colorways):
+        parts.append(f"Pictures are made of the first {len(pictures)} colorways only.")
+    if notes:
+        parts += ["Other than in the default:", "\n".join(notes)]
+    return "\n\n".join(parts)
+
+
+def _linked(colorway: str, files: Sequence[str] | None) -> str:
+    """Return the name of a colorway, with a link to its thumbnail where it has one."""
+    return f"[`{colorway}`]({PREVIEW_DIR}/{files[0]})" if files else f"`{colorway}`"
+
+
+def _error(network: NetworkLosses) -> float | None:
+    return next((e.error for e in network.effects if e.error is not None), None)
+
+
+def _colors(material: ClothMaterial) -> str:
+    """Return the first yarns with their colors, and how many more there are."""
+    shown = []
+    for name, values in islice(yarn_values(material).items(), MAX_COLORS):
+        color, reached = (
+            _hex(values[key], material.color_space) for key in ("color", "colorReached")
+        )
+        shown.append(f"{name} `{color}`" + (f" → `{reached}`" if reached != color else ""))
+    more = len(material.weave.yarns) - len(shown)
+    return ", ".join(shown) + (f" and {more} more" if more > 0 else "")
+
+
+def _hex(color: Value, space: ColorSpace) -> str:
+    """Return a linear color of `space` as display sRGB, clipped."""
+    linear = to_rec709(cast("tuple[float, float, float]", color), space)
+    display = srgb_from_linear(linear)
+    return "#" + "".join(f"{round(255 * min(max(c, 0.0), 1.0)):02x}" for c in display)
 
 
 def _size(values: dict[str, Value]) -> str:

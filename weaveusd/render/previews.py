@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pxr import Gf, Sdf, Usd, UsdGeom
 
+from weaveusd.contract import of_colorway
 from weaveusd.render.run import render
 from weaveusd.render.scenes import dress, scene_path
 
@@ -44,17 +45,32 @@ _PICTURES = {
 PREVIEWS = tuple(_PICTURES)
 """Names of the pictures; the first one is the asset's thumbnail."""
 
+MAX_PREVIEWED = 16
+"""Colorways of an asset that have pictures, each a render of its own."""
+
+
+def pictures_of(colorways: Sequence[str] = ()) -> dict[str, tuple[str, ...]]:
+    """Return the files of the pictures that an asset has, by the colorway that they show.
+
+    The first of `colorways`, the default, has all of them and the next ones the thumbnail, up to
+    `MAX_PREVIEWED` of them; a cloth without colorways, "", has all.
+    """
+    default, *others = colorways[:MAX_PREVIEWED] or [""]
+    pictures = {default: tuple(f"{name}.png" for name in PREVIEWS)}
+    return pictures | {name: (of_colorway(f"{PREVIEWS[0]}.png", name),) for name in others}
+
 
 def render_previews(
     entry: str | os.PathLike[str],
     folder: Path,
+    pictures: Mapping[str, Sequence[str]],
     *,
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """Render every picture of the cloth whose entry layer is `entry` into the new `folder`.
+    """Render `pictures`, as `pictures_of` names them, of the cloth `entry` into the new `folder`.
 
-    ``scale.png`` is seen straight from above, without perspective, and states its density: on
-    paper its millimetres are millimetres, as the rule in it shows.
+    `entry` is its entry layer. ``scale.png`` is seen straight from above, without perspective, and
+    states its density: on paper its millimetres are millimetres, as the rule in it shows.
 
     Raises
     ------
@@ -65,28 +81,32 @@ def render_previews(
     """
     tell = progress or (lambda share: None)
     folder.mkdir()
+    wanted = [(colorway, file) for colorway, files in pictures.items() for file in files]
     with tempfile.TemporaryDirectory() as scratch:
-        for index, (name, picture) in enumerate(_PICTURES.items()):
-            stage = dress(scene_path(picture.scene), Path(entry), Path(scratch) / f"{name}.usda")
+        for index, (colorway, file) in enumerate(wanted):
+            picture = _PICTURES[file.partition(".")[0]]
+            stage = dress(
+                scene_path(picture.scene), Path(entry), Path(scratch) / f"{index}.usda", colorway
+            )
             camera, height = None, None
             if picture.to_scale:
                 _add_camera(stage)
                 camera, height = CAMERA, round(FIELD_MM[1] * PIXELS_PER_MM)
             render(
                 stage,
-                folder / f"{name}.png",
+                folder / file,
                 camera=camera,
                 width=picture.width,
                 height=height,
                 spp=picture.spp,
-                progress=_part(tell, index),
+                progress=_part(tell, index, len(wanted)),
             )
             if picture.to_scale:
-                _state_density(folder / f"{name}.png")
+                _state_density(folder / file)
 
 
-def _part(tell: Callable[[float], None], index: int) -> Callable[[float], None]:
-    return lambda share: tell((index + share) / len(_PICTURES))
+def _part(tell: Callable[[float], None], index: int, count: int) -> Callable[[float], None]:
+    return lambda share: tell((index + share) / count)
 
 
 def _add_camera(path: Path) -> None:
