@@ -37,7 +37,9 @@ def channels(
         kinds = kinds_of(weave, weft=bool(weft))
         moments = texel_moments(band, section, weft=bool(weft))
         a = moments[..., [m.FLAT, m.RISING, m.FALLING]].sum(-1)
-        albedo = band["base_color"].astype(float) * (a * gain[yarn])[..., None]
+        albedo = (
+            np.minimum(band["base_color"].astype(float) * gain[yarn][..., None], 1) * a[..., None]
+        )
         of_kind = np.array(kinds.of_yarn)[yarn][..., None] == np.arange(len(kinds.optics))
         whole = np.concatenate([moments, albedo, a[..., None] * of_kind], -1)
         out.append(reduced(whole, width, height))

@@ -128,10 +128,11 @@ class MomentSums:
     """The moment maps of a cloth while its textures are added to them, from the top row down.
 
     Maps are of `width` × `height` texels, each the exact mean of the textures under it, which
-    need not be a whole number of texels; `texture_size` is theirs, width and height. `gains` are
-    the factors from base color to A for each of `weave.yarns`, by default 1. The same textures
-    give the same bits for any bands. Memory is that of the maps. Raises ValueError unless the
-    maps have at least one texel and no more than the textures either way.
+    need not be a whole number of texels; `texture_size` is theirs, width and height. A is the base
+    color times the yarn's factor, but at most 1, as the BSDF has it; `gains` are the factors of
+    `weave.yarns`, by default 1. The same textures give the same bits for any bands. Memory is
+    that of the maps. Raises ValueError unless the maps have at least one texel and no more than
+    the textures either way.
     """
 
     __slots__ = (

@@ -144,7 +144,7 @@ def _add_texel(i, weight, room, base_color, at, gain, kind, sums):  # type: igno
     sums[TWIST] += weight * p
     sums[TWIST_PP] += weight * p * p
     for component in range(3):
-        sums[ALBEDO + component] += weight * gain * base_color[at + component]
+        sums[ALBEDO + component] += weight * min(1.0, gain * base_color[at + component])
     sums[SHARE + kind] += weight
 
 
