@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -202,16 +203,30 @@ def _add_attribute(prim: Sdf.PrimSpec, name: str, attribute: Attribute, group: s
     kind = Sdf.ValueTypeNames.Find(attribute.type)
     spec = Sdf.AttributeSpec(prim, name, kind, Sdf.VariabilityUniform)
     spec.documentation = _doc(attribute)
+    spec.displayName = _label(attribute)
     spec.displayGroup = f"{group}:{attribute.group}"
     if attribute.tokens:
         spec.allowedTokens = list(attribute.tokens)
-    hard = {
+    limits = {
+        strength: found
+        for strength, pair in (("hard", attribute.hard), ("soft", attribute.soft))
+        if (found := _limits(kind, pair))
+    }
+    if limits:
+        spec.SetInfo("limits", limits)
+
+
+def _label(attribute: Attribute) -> str:
+    words = re.sub(r"([A-Z])", r" \1", attribute.name)
+    return attribute.label or words[0].upper() + words[1:]
+
+
+def _limits(kind: Sdf.ValueTypeName, pair: tuple[float | None, float | None]) -> dict[str, object]:
+    return {
         key: _as_type(kind, limit)
-        for key, limit in zip(("minimum", "maximum"), attribute.hard, strict=True)
+        for key, limit in zip(("minimum", "maximum"), pair, strict=True)
         if limit is not None
     }
-    if hard:
-        spec.SetInfo("limits", {"hard": hard})
 
 
 def _doc(attribute: Attribute) -> str:

@@ -23,6 +23,10 @@ from weaveusd.contract import (
     YARN_ATTRIBUTES,
     moment_inputs,
 )
+from weaveusd.export.attributes import cloth_values, yarn_values
+from weaveusd.making import make_material, read_draft
+from weaveusd.patch import Patch
+from weaveusd.yarn.recipe import preset_names, read_preset
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPT = ROOT / "scripts" / "generate_schema.py"
@@ -80,14 +84,54 @@ def test_usd_knows_every_attribute_with_type_doc_limits_and_tokens(prim):
         assert attribute.group
         assert got.GetDisplayGroup() == f"{schema}:{attribute.group}"
         assert tuple(got.GetMetadata("allowedTokens") or ()) == attribute.tokens
-        low, high = attribute.hard
-        hard = got.GetHardLimits()
-        for limit, found in ((low, hard.GetMinimum()), (high, hard.GetMaximum())):
-            if limit is None:
-                assert found is None
-            else:
-                values = found if attribute.type == "color3f" else [found]
-                assert all(value == limit for value in values)
+        for limits, found in (
+            (attribute.hard, got.GetHardLimits()),
+            (attribute.soft, got.GetSoftLimits()),
+        ):
+            for limit, value in zip(limits, (found.GetMinimum(), found.GetMaximum()), strict=True):
+                if limit is None:
+                    assert value is None
+                else:
+                    values = value if attribute.type == "color3f" else [value]
+                    assert all(v == limit for v in values)
+
+
+def test_every_attribute_has_a_name_to_show_that_no_other_has(prim):
+    def shown(*names: str) -> list[str]:
+        return [prim.GetAttribute(name).GetDisplayName() for name in names]
+
+    for prefix, attributes in (("weave", CLOTH_ATTRIBUTES), ("weave:yarn:warp", YARN_ATTRIBUTES)):
+        labels = shown(*(f"{prefix}:{a.name}" for a in attributes))
+        assert all(labels)
+        assert len(set(labels)) == len(labels)
+    assert shown("weave:longestFloat", "weave:endsPerCm") == ["Longest Float", "Ends per cm"]
+    assert shown("weave:yarn:warp:eta", "weave:yarn:warp:width") == ["IOR", "Width"]
+
+
+def test_usual_values_lie_within_the_hard_limits():
+    for attribute in (*CLOTH_ATTRIBUTES, *YARN_ATTRIBUTES):
+        (low, high), (least, most) = attribute.soft, attribute.hard
+        if (low, high) != (None, None):
+            assert low < high
+            assert least is None or least <= low
+            assert most is None or high <= most
+
+
+@pytest.mark.parametrize(
+    "preset",
+    [name if name in ("chiffon", "denim") else pytest.param(name, marks=pytest.mark.slow)
+     for name in preset_names()],
+)  # fmt: skip
+def test_the_values_of_a_preset_are_usual(preset):
+    draft = read_draft(ROOT / "examples" / "drafts" / "twill_2_2.wif")
+    material = make_material(draft, read_preset(preset), "cloth", patch=Patch(16))
+    stated = [(CLOTH_ATTRIBUTES, cloth_values(material, 1.0))]
+    stated += [(YARN_ATTRIBUTES, values) for values in yarn_values(material).values()]
+    for attributes, values in stated:
+        for attribute in attributes:
+            low, high = attribute.soft
+            assert low is None or low <= values[attribute.name], attribute.name
+            assert high is None or values[attribute.name] <= high, attribute.name
 
 
 def test_both_schemas_are_for_materials_and_have_no_code(prim):

@@ -214,8 +214,9 @@ YARN_NAMESPACE = "weave:yarn"
 class Attribute:
     """An attribute of our schema: base name in its namespace, Sdf type, unit, meaning.
 
-    `hard` are the limits that a value never leaves, (low, high), None where open. `group` is
-    under what interfaces show it. Assets of older versions lack what is `optional`.
+    `hard` are the limits that a value never leaves, (low, high), None where open; `soft` those of
+    usual values, for sliders. `group` is under what interfaces show it and `label` as what, by
+    default the words of its name. Assets of older versions lack what is `optional`.
     """
 
     name: str
@@ -226,6 +227,8 @@ class Attribute:
     tokens: tuple[str, ...] = ()
     group: str = ""
     optional: bool = False
+    soft: tuple[float | None, float | None] = (None, None)
+    label: str = ""
 
 
 def _group(name: str, *attributes: Attribute) -> tuple[Attribute, ...]:
@@ -236,37 +239,46 @@ CLOTH_ATTRIBUTES: tuple[Attribute, ...] = (
     *_group(
         "Origin",
         Attribute("draftTitle", "string", "", "title of the draft"),
-        Attribute("draftSha256", "string", "", "SHA-256 of the draft file as read"),
-        Attribute("draft", "asset", "", "the draft as clean WIF, beside the asset"),
+        Attribute("draftSha256", "string", "", "SHA-256 of the draft file as read",
+                  label="Draft SHA-256"),
+        Attribute("draft", "asset", "", "the draft as clean WIF, beside the asset",
+                  label="Draft File"),
         Attribute("recipe", "string", "", "name of the preset or recipe"),
         Attribute("recipeSource", "string", "", "where the recipe's numbers come from"),
         Attribute("recipeFile", "asset", "", "the recipe as used, beside the asset"),
-        Attribute("toolVersion", "string", "", "version of weaveusd that made the asset"),
+        Attribute("toolVersion", "string", "", "version of weaveusd that made the asset",
+                  label="weaveusd Version"),
         Attribute("seed", "int", "", "seed of every irregularity", (0, None)),
     ),
     *_group(
         "Weave",
         Attribute("drawdownSha256", "string", "",
-                  "SHA-256 of the drawdown's packed bits, row 0 the first pick, 1 warp on top"),
+                  "SHA-256 of the drawdown's packed bits, row 0 the first pick, 1 warp on top",
+                  label="Drawdown SHA-256"),
         Attribute("ends", "int", "threads", "warp threads in the repeat", (1, None)),
         Attribute("picks", "int", "threads", "weft threads in the repeat", (1, None)),
         Attribute("repeatsAcross", "int", "", "repeats of the draft along the weft in one texture",
-                  (1, None)),
+                  (1, None), soft=(1, 16)),
         Attribute("repeatsAlong", "int", "", "repeats of the draft along the warp in one texture",
-                  (1, None)),
-        Attribute("shafts", "int", "", "shafts that the draft uses", (0, None)),
-        Attribute("longestFloat", "int", "threads", "longest float of either face", (1, None)),
+                  (1, None), soft=(1, 16)),
+        Attribute("shafts", "int", "", "shafts that the draft uses", (0, None), soft=(2, 32)),
+        Attribute("longestFloat", "int", "threads", "longest float of either face", (1, None),
+                  soft=(1, 12)),
     ),
     *_group(
         "Size",
-        Attribute("endsPerCm", "double", "1/cm", "warp sett", (0.0, None)),
-        Attribute("picksPerCm", "double", "1/cm", "weft sett", (0.0, None)),
+        Attribute("endsPerCm", "double", "1/cm", "warp sett", (0.0, None),
+                  soft=(2.0, 150.0), label="Ends per cm"),
+        Attribute("picksPerCm", "double", "1/cm", "weft sett", (0.0, None),
+                  soft=(2.0, 150.0), label="Picks per cm"),
         Attribute("repeatWidth", "double", "mm", "width of the repeat, along the weft",
                   (0.0, None)),
         Attribute("repeatHeight", "double", "mm", "height of the repeat, along the warp",
                   (0.0, None)),
-        Attribute("thickness", "double", "mm", "thickness of the cloth", (0.0, None)),
-        Attribute("arealDensity", "double", "g/m²", "weight of the cloth", (0.0, None)),
+        Attribute("thickness", "double", "mm", "thickness of the cloth", (0.0, None),
+                  soft=(0.05, 5.0)),
+        Attribute("arealDensity", "double", "g/m²", "weight of the cloth", (0.0, None),
+                  soft=(10.0, 1000.0), label="Weight"),
         Attribute("warpCover", "double", "1", "share of the area under warp yarn", (0.0, 1.0)),
         Attribute("weftCover", "double", "1", "share of the area under weft yarn", (0.0, 1.0)),
         Attribute("cover", "double", "1", "share of the area under any yarn", (0.0, 1.0)),
@@ -295,35 +307,44 @@ CLOTH_ATTRIBUTES: tuple[Attribute, ...] = (
 YARN_ATTRIBUTES: tuple[Attribute, ...] = (
     *_group(
         "Make",
-        Attribute("id", "int", "", "value of the yarn id texture, 1 for the first yarn", (1, 255)),
+        Attribute("id", "int", "", "value of the yarn id texture, 1 for the first yarn", (1, 255),
+                  label="Yarn ID"),
         Attribute("system", "token", "", "system of threads", tokens=("warp", "weft")),
         Attribute("fibre", "token", "", "fibre of the yarn"),
-        Attribute("tex", "double", "tex", "linear density, g/km", (0.0, None)),
-        Attribute("plies", "int", "", "singles twisted together", (1, None)),
-        Attribute("twist", "double", "1/m", "turns in one metre", (0.0, None)),
+        Attribute("tex", "double", "tex", "linear density, g/km", (0.0, None),
+                  soft=(1.0, 1000.0), label="Linear Density"),
+        Attribute("plies", "int", "", "singles twisted together", (1, None), soft=(1, 4)),
+        Attribute("twist", "double", "1/m", "turns in one metre", (0.0, None), soft=(0.0, 3000.0)),
         Attribute("twistDirection", "token", "", "direction of the twist", tokens=("S", "Z")),
         Attribute("twistAngle", "double", "rad",
-                  "angle of the fibre to the yarn's axis, S positive"),
-        Attribute("packing", "double", "1", "share of fibre in the yarn's section", (0.0, 1.0)),
+                  "angle of the fibre to the yarn's axis, S positive", soft=(-0.8, 0.8)),
+        Attribute("packing", "double", "1", "share of fibre in the yarn's section", (0.0, 1.0),
+                  soft=(0.4, 0.9), label="Fibre Packing"),
     ),
     *_group(
         "Irregularity",
         Attribute("twistDeviation", "double", "rad", "standard deviation of the twist angle",
-                  (0.0, None)),
+                  (0.0, None), soft=(0.0, 0.2), label="Twist Variation"),
         Attribute("thicknessDeviation", "double", "1",
-                  "standard deviation of the thickness, relative", (0.0, None)),
+                  "standard deviation of the thickness, relative", (0.0, None),
+                  soft=(0.0, 0.5), label="Thickness Variation"),
         Attribute("bendDeviation", "double", "1",
-                  "standard deviation of the bend from float to float, relative", (0.0, None)),
+                  "standard deviation of the bend from float to float, relative", (0.0, None),
+                  soft=(0.0, 0.3), label="Bend Variation"),
         Attribute("colorDeviation", "double", "ΔE",
-                  "standard deviation of the lightness in CIE Lab", (0.0, None)),
+                  "standard deviation of the lightness in CIE Lab", (0.0, None),
+                  soft=(0.0, 10.0), label="Color Variation"),
         Attribute("hairiness", "double", "1", "light that loose fibres catch beside the yarn",
-                  (0.0, 1.0)),
+                  (0.0, 1.0), soft=(0.0, 0.5)),
     ),
     *_group(
         "Size",
-        Attribute("width", "double", "mm", "width of the yarn in the cloth", (0.0, None)),
-        Attribute("height", "double", "mm", "thickness of the yarn in the cloth", (0.0, None)),
-        Attribute("crimp", "double", "1", "arc length over chord, less one", (0.0, None)),
+        Attribute("width", "double", "mm", "width of the yarn in the cloth", (0.0, None),
+                  soft=(0.05, 2.0)),
+        Attribute("height", "double", "mm", "thickness of the yarn in the cloth", (0.0, None),
+                  soft=(0.02, 2.0)),
+        Attribute("crimp", "double", "1", "arc length over chord, less one", (0.0, None),
+                  soft=(0.0, 0.3)),
     ),
     *_group(
         "Color",
@@ -332,20 +353,27 @@ YARN_ATTRIBUTES: tuple[Attribute, ...] = (
                   (0.0, 1.0)),
         Attribute("colorReached", "color3f", "1",
                   "color that the exact shader shows, darker where an albedo of 1 is too little",
-                  (0.0, 1.0)),
+                  (0.0, 1.0), label="Rendered Color"),
     ),
     *_group(
         "Optics",
-        Attribute("eta", "double", "1", "index of refraction", (1.0, 3.0)),
-        Attribute("kD", "double", "1", "isotropic share of the volume lobe", (0.0, 1.0)),
-        Attribute("kS", "double", "1", "scale of the surface lobe", (0.0, 1.0)),
-        Attribute("gammaS", "double", "rad", "width of the surface lobe", (0.0, None)),
-        Attribute("gammaV", "double", "rad", "width of the volume lobe", (0.0, None)),
-        Attribute("tau", "double", "1", "transmitted share of the volume lobe", (0.0, 1.0)),
-        Attribute("normalization", "double", "1", "N_V, from the other numbers", (0.0, None)),
+        Attribute("eta", "double", "1", "index of refraction", (1.0, 3.0),
+                  soft=(1.3, 1.6), label="IOR"),
+        Attribute("kD", "double", "1", "isotropic share of the volume lobe", (0.0, 1.0),
+                  label="Volume Isotropy"),
+        Attribute("kS", "double", "1", "scale of the surface lobe", (0.0, 1.0),
+                  label="Surface Lobe Weight"),
+        Attribute("gammaS", "double", "rad", "width of the surface lobe", (0.0, None),
+                  soft=(0.02, 0.7), label="Surface Lobe Width"),
+        Attribute("gammaV", "double", "rad", "width of the volume lobe", (0.0, None),
+                  soft=(0.05, 1.2), label="Volume Lobe Width"),
+        Attribute("tau", "double", "1", "transmitted share of the volume lobe", (0.0, 1.0),
+                  soft=(0.0, 0.5), label="Transmission"),
+        Attribute("normalization", "double", "1", "N_V, from the other numbers", (0.0, None),
+                  soft=(0.5, 2.5), label="Volume Normalization"),
         Attribute("albedoGain", "double", "1",
                   "factor from the color to the fibre's albedo that gives the woven yarn its color",
-                  (0.0, None)),
+                  (0.0, None), soft=(1.0, 2.5)),
     ),
 )  # fmt: skip
 
