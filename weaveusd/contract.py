@@ -156,6 +156,38 @@ def moment_names(kinds: int) -> tuple[str, ...]:
     return tuple(name for name in MOMENT_MAPS if name != KINDS or kinds > 1)
 
 
+# --- Lobe maps: how wide and in which direction highlights lie, for the standard shaders --------
+
+
+@dataclass(frozen=True, slots=True)
+class LobeMap:
+    """A map whose file holds all mip levels, the coarse ones with lobes as wide as what they cover.
+
+    α_t and α_b are the roughnesses of GGX across the fibre, which is the wider one, and along it.
+    """
+
+    name: str
+    components: int
+    meaning: str
+
+
+LOBE_MAPS: dict[str, LobeMap] = {
+    m.name: m
+    for m in (
+        LobeMap("roughness", 1, "specular roughness of OpenPBR"),
+        LobeMap("rotation", 2,
+                "(cos 2φ, sin 2φ) (α_t − α_b) / (α_t + α_b), φ from X about the shading normal to "
+                "where the highlight is wide"),
+        LobeMap("preview_roughness", 1, "roughness of UsdPreviewSurface"),
+    )
+}  # fmt: skip
+
+
+def lobe_file(name: str) -> str:
+    """Return the texture file of a lobe map."""
+    return f"{name}.exr"
+
+
 # --- The exact shader, on `outputs:mitsuba:surface` -------------------------------------------
 
 MITSUBA_CONTEXT = "mitsuba"

@@ -1,0 +1,148 @@
+"""The loops of the lobe maps: texels become moments, moments means, and means lobes again.
+
+The moments of a texel are what a mean can be taken of: `MOMENTS` in this order, each times the
+opacity but for the last. T, D_x and D_y are the matrix ``R diag(α_t, α_b) Rᵀ``, its mean diagonal
+and what turns with 2φ. Only sums, products, quotients and square roots are used, so that all
+machines agree.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from weaveusd.synth.compiled import compiled
+
+MOMENTS = ("T", "D_x", "D_y", "α round", "n_x", "n_y", "n_x² + n_y²", "opacity")
+MEAN, TURN_X, TURN_Y, EVEN, TILT_X, TILT_Y, TILTS, WEIGHT = range(len(MOMENTS))
+
+CLEAR = np.float32(2.0**-20)
+"""Weight of a texel that is not opaque: nothing beside one that is."""
+
+STEPS = np.float32(512)
+"""Levels in which the first level's rotation is counted: fewer digits are fewer bytes."""
+
+ROUND = np.float32(2.0**-10)
+"""Length of the rotation of a lobe without direction: that of zero would have no angle."""
+
+
+@compiled
+def fill_moments(  # type: ignore[no-untyped-def] # numba compiles it for the types it is given
+    normal, fibre, opacity, yarn_id, alphas, rotation, moments
+):
+    """Fill in the rotation (texels, 2) and the moments (texels, MOMENTS) of texels.
+
+    `normal` and `fibre` (texels, 3), `opacity` and `yarn_id` (texels,) are float32. `alphas`
+    (yarns, 3) float32 are each yarn's roughnesses across the fibre, along it, and of the lobe
+    that knows no direction. Texels that are not opaque are loose hairs: round, α = 1.
+
+    The angle is measured about the normal, from X laid into the plane of the surface.
+    """
+    half, one = np.float32(0.5), np.float32(1)
+    for k in range(len(opacity)):
+        n_x, n_y, n_z = normal[k, 0], normal[k, 1], normal[k, 2]
+        t_x, t_y, t_z = fibre[k, 0], fibre[k, 1], fibre[k, 2]
+        weight = max(opacity[k], CLEAR)
+        if opacity[k] < one:
+            mean = even = one
+            turn_x = turn_y = np.float32(0)
+            rotation[k, 0], rotation[k, 1] = ROUND, np.float32(0)
+        else:
+            yarn = int(yarn_id[k])
+            mean = half * (alphas[yarn, 0] + alphas[yarn, 1])
+            turn = half * (alphas[yarn, 0] - alphas[yarn, 1])
+            even = alphas[yarn, 2]
+            # Across the fibre, a = n × t, by its components along X in the plane and beside it.
+            a_x = n_y * t_z - n_z * t_y
+            beside = t_x
+            square = a_x * a_x + beside * beside
+            cos = (a_x * a_x - beside * beside) / square if square > 0 else one
+            sin = np.float32(2) * a_x * beside / square if square > 0 else np.float32(0)
+            turn_x, turn_y = turn * cos, turn * sin
+            if turn > 0:
+                rotation[k, 0] = np.rint(turn_x / mean * STEPS) / STEPS
+                rotation[k, 1] = np.rint(turn_y / mean * STEPS) / STEPS
+            else:
+                rotation[k, 0], rotation[k, 1] = ROUND, np.float32(0)
+        moments[k, 0] = weight * mean
+        moments[k, 1] = weight * turn_x
+        moments[k, 2] = weight * turn_y
+        moments[k, 3] = weight * even
+        moments[k, 4] = weight * n_x
+        moments[k, 5] = weight * n_y
+        moments[k, 6] = weight * (n_x * n_x + n_y * n_y)
+        moments[k, 7] = weight
+
+
+@compiled
+def halve_rows(  # type: ignore[no-untyped-def]
+    rows, first, full, cell, inside, line, open_row, done
+):
+    """Add `rows` (n, W, K) of a level of `full` rows, from row `first` on, to the level below.
+
+    A column lies in column `cell` of the level below with the share `inside` of itself, and with
+    the rest in the next. Rows that are complete go to `done` (m, w, K), whose number is returned;
+    `open_row` (w, K) holds the sums of the one that is not. `line` (w, K) is for the work. Sums are
+    doubles and run from left to right and from the top row down, for all bands alike.
+    """
+    columns, kinds = open_row.shape
+    height = max(1, full // 2)
+    complete = 0
+    for k in range(rows.shape[0]):
+        line[:] = 0.0
+        for i in range(rows.shape[1]):
+            c, share = cell[i], inside[i]
+            for m in range(kinds):
+                line[c, m] += share * rows[k, i, m]
+            if share < 1.0:
+                for m in range(kinds):
+                    line[c + 1, m] += (1.0 - share) * rows[k, i, m]
+        # In units of 1/height of a row: where it and its row of the level below end.
+        begin = (first + k) * height
+        target = begin // full
+        within = min(height, (target + 1) * full - begin)
+        scale = columns / rows.shape[1] / full
+        for c in range(columns):
+            for m in range(kinds):
+                open_row[c, m] += within * scale * line[c, m]
+        if begin + within == (target + 1) * full:
+            for c in range(columns):
+                for m in range(kinds):
+                    done[complete, c, m] = open_row[c, m]
+                    open_row[c, m] = (height - within) * scale * line[c, m]
+            complete += 1
+    return complete
+
+
+@compiled
+def fill_lobes(moments, towards, roughness, rotation, preview):  # type: ignore[no-untyped-def]
+    """Fill in the maps of texels (texels,) and (texels, 2) from their `moments` (texels, MOMENTS).
+
+    `towards` (6,) float32 says what the whole tile's lobe becomes: the matrix G, xx, xy and yy,
+    and a factor for the round lobe, both to be applied in proportion to the variance of the
+    normals, of which the fifth number is the whole; and the least α.
+    """
+    zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
+    g_x, g_y, g_z, even_factor, whole, least = towards
+    for k in range(len(roughness)):
+        weight = moments[k, 7]
+        mean, d_x, d_y = moments[k, 0] / weight, moments[k, 1] / weight, moments[k, 2] / weight
+        n_x, n_y = moments[k, 4] / weight, moments[k, 5] / weight
+        variance = max(zero, moments[k, 6] / weight - n_x * n_x - n_y * n_y)
+        share = min(one, variance / whole) if whole > zero else zero
+        # G's part, times the lobe, times that part again.
+        p, q, r = one + share * (g_x - one), share * g_y, one + share * (g_z - one)
+        xx, yy = mean + d_x, mean - d_x
+        u_x, u_y = p * xx + q * d_y, p * d_y + q * yy
+        v_x, v_y = q * xx + r * d_y, q * d_y + r * yy
+        xx, xy, yy = u_x * p + u_y * q, u_x * q + u_y * r, v_x * q + v_y * r
+        mean, d_x, d_y = half * (xx + yy), half * (xx - yy), xy
+        turn = np.sqrt(d_x * d_x + d_y * d_y)
+        wide, narrow = min(one, mean + turn), min(one, max(least, mean - turn))
+        roughness[k] = np.sqrt(np.sqrt(half * (wide * wide + narrow * narrow)))
+        length = (wide - narrow) / (wide + narrow)
+        if turn > zero and length > ROUND:
+            rotation[k, 0], rotation[k, 1] = d_x / turn * length, d_y / turn * length
+        else:
+            rotation[k, 0], rotation[k, 1] = ROUND, zero
+        even = moments[k, 3] / weight * (one + share * (even_factor - one))
+        preview[k] = np.sqrt(min(one, max(least, even)))
