@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.weaves import satin, woven
+from weaveusd.synth.moments import sections
 from weaveusd.synth.plan import lay_threads
 from weaveusd.synth.tones import lay_tones
 from weaveusd.yarn.irregularity import Irregularity
@@ -21,9 +22,13 @@ UNEVEN = Irregularity(thickness=0.1, thickness_correlation_mm=1, bend=0.2, color
 DIGEST = """
 import hashlib
 from tests.synth.test_machines import uneven
+from weaveusd.synth.moments import moment_maps
 from weaveusd.synth.textures import synthesize
-out = synthesize(uneven(), resolution=128, seed=2).whole()
-print(hashlib.sha256(b"".join(out[name].tobytes() for name in sorted(out))).hexdigest())
+made = synthesize(uneven(), resolution=128, seed=2)
+out = made.whole()
+maps = moment_maps(uneven(), made, width=9, height=7)
+arrays = [*(out[name] for name in sorted(out)), *(of.moments for of in maps)]
+print(hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest())
 """
 
 
@@ -38,7 +43,7 @@ def uneven():
 
 
 def digest(**environment: str) -> str:
-    """The SHA-256 of the textures, computed by another process."""
+    """The SHA-256 of textures and moments, computed by another process."""
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", DIGEST],
         cwd=Path(__file__).parents[2], env={**os.environ, **environment},
@@ -71,6 +76,7 @@ def test_the_last_bit_of_a_library_changes_no_number_of_a_thread(toward):
     for one, two in zip(lay_threads(cloth, 2), lay_threads(other, 2), strict=True):
         for name in one._fields:
             np.testing.assert_array_equal(getattr(one, name), getattr(two, name), err_msg=name)
+    assert sections(cloth) == sections(other)
     np.testing.assert_array_equal(lay_tones(cloth.yarns).scale, lay_tones(other.yarns).scale)
     np.testing.assert_array_equal(lay_tones(cloth.yarns).color, lay_tones(other.yarns).color)
 

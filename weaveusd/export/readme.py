@@ -171,6 +171,8 @@ def _size(values: dict[str, Value]) -> str:
         ("one texture", f"{values['repeatWidth']:.4g} × {values['repeatHeight']:.4g} mm, "
          f"{values['textureWidth']} × {values['textureHeight']} texels, "
          f"{values['repeatsAcross']} × {values['repeatsAlong']} repeats"),
+        ("seen from afar", f"moment maps of {values['momentWidth']} × {values['momentHeight']} "
+         "texels"),
         ("threads in it", f"{values['ends']} ends, {values['picks']} picks"),
         ("sett", f"{values['endsPerCm']:.4g} ends/cm, {values['picksPerCm']:.4g} picks/cm"),
         ("longest float", f"{values['longestFloat']} threads"),
