@@ -271,7 +271,7 @@ in_text("another_resolution", LOOK, "weave:textureWidth = 64", "weave:textureWid
         "texture-size")  # fmt: skip
 
 
-@in_files("texture-not-finite")
+@in_files("texture-not-finite", "moments-disagree")
 def not_a_number_in_a_texture(folder: Path) -> None:
     def change(pixels: NDArray) -> None:
         pixels[3, 4, 1] = np.nan
@@ -300,7 +300,7 @@ def tangents_turned_out_of_the_surface(channels: Channels) -> None:
     channels["tangent"][10:20] = channels["normal"][10:20]
 
 
-@in_files("frame-not-orthogonal", "encodings-disagree")
+@in_files("frame-not-orthogonal", "encodings-disagree", "moments-disagree")
 def a_texture_row_turned_round(folder: Path) -> None:
     def change(pixels: NDArray) -> None:
         pixels[7] = pixels[7, ::-1].copy()
@@ -335,7 +335,7 @@ def an_opaque_gap(channels: Channels) -> None:
     channels["opacity"][row, column] = 1
 
 
-@in_files("yarn-id-unknown")
+@in_files("yarn-id-unknown", "moments-disagree")
 def a_yarn_id_beyond_the_list(folder: Path) -> None:
     def change(pixels: NDArray) -> None:
         pixels[8, 8] = 77
@@ -401,6 +401,94 @@ def colors_shifted_by_three_rows(channels: Channels) -> None:
     channels["base_color"] = np.roll(channels["base_color"], 3, axis=0)
 
 
+# --- Moment maps ----------------------------------------------------------------------------------
+
+in_text("a_map_that_is_not_named", LOOK,
+        "            asset inputs:warp_along_file = @./textures/warp_along.exr@\n", "",
+        "moments-incomplete")  # fmt: skip
+in_text("a_system_without_kinds", LOOK, "            int[] inputs:weft_kinds = [2]\n", "",
+        "moments-incomplete")  # fmt: skip
+in_text("a_list_without_maps", LOOK, "weave:momentMaps = [@./textures/warp_slopes.exr@, ",
+        "weave:momentMaps = [", "moments-file")  # fmt: skip
+in_text("a_map_of_the_other_system", LOOK,
+        "inputs:warp_along_file = @./textures/warp_along.exr@",
+        "inputs:warp_along_file = @./textures/weft_along.exr@", "moments-file")  # fmt: skip
+in_text("a_section_of_three_numbers", LOOK, "float2 inputs:warp_section = (0.5681818, 0.10785474)",
+        "float3 inputs:warp_section = (0.5681818, 0.10785474, 0)",
+        "moments-type", "usd-error")  # fmt: skip
+in_text("a_section_of_no_yarn", LOOK, "float2 inputs:warp_section = (0.5681818,",
+        "float2 inputs:warp_section = (-0.5681818,", "section-wrong")  # fmt: skip
+in_text("a_section_of_another_yarn", LOOK, "float2 inputs:weft_section = (0.5681818,",
+        "float2 inputs:weft_section = (1,", "section-wrong", "moments-disagree")  # fmt: skip
+in_text("yarns_of_another_bend", LOOK, "inputs:warp_section = (0.5681818, 0.10785474)",
+        "inputs:warp_section = (0.5681818, 3)", "moments-disagree")  # fmt: skip
+in_text("a_kind_of_the_other_system", LOOK, "inputs:warp_kinds = [1]", "inputs:warp_kinds = [2]",
+        "kinds-wrong")  # fmt: skip
+
+
+@in_files("moments-unreadable")
+def a_map_cut_short(folder: Path) -> None:
+    path = folder / "textures" / "weft_slopes.exr"
+    path.write_bytes(path.read_bytes()[:-200])
+
+
+@in_files("moments-format")
+def a_map_of_three_channels(folder: Path) -> None:
+    path = folder / "textures" / "warp_across.exr"
+    rewrite(path, lambda pixels: np.ascontiguousarray(pixels[..., :3]))
+
+
+@in_files("moments-format")
+def a_map_of_half_the_size(folder: Path) -> None:
+    path = folder / "textures" / "warp_across.exr"
+    rewrite(path, lambda pixels: np.ascontiguousarray(pixels[::2, ::2]))
+
+
+@in_files("moments-range", "moments-disagree")
+def more_yarn_than_there_is_room_for(folder: Path) -> None:
+    rewrite(folder / "textures" / "warp_slopes.exr", lambda pixels: pixels * np.float16(2))
+
+
+@in_files("moments-range", "moments-disagree")
+def a_mean_without_its_squares(folder: Path) -> None:
+    def change(pixels: NDArray) -> None:
+        pixels[..., 1] = 0
+
+    rewrite(folder / "textures" / "warp_along.exr", change)
+
+
+@in_files("moments-range", "moments-disagree")
+def a_mean_that_is_no_number(folder: Path) -> None:
+    def change(pixels: NDArray) -> None:
+        pixels[3, 3, 2] = np.nan
+
+    rewrite(folder / "textures" / "weft_across.exr", change)
+
+
+@in_files("moments-disagree")
+def maps_of_last_week(folder: Path) -> None:
+    for path in (folder / "textures").glob("w*_*.exr"):
+        rewrite(path, lambda pixels: np.roll(pixels, 1, axis=0))
+
+
+@in_files("moments-disagree")
+def colors_of_last_week_from_afar(folder: Path) -> None:
+    def change(pixels: NDArray) -> None:
+        pixels[..., :3] *= np.float16(0.95)
+
+    rewrite(folder / "textures" / "warp_albedo.exr", change)
+
+
+@in_files("moments-disagree", "distance-level", profile="standard")
+def a_cloth_that_darkens_with_its_distance(folder: Path) -> None:
+    for system in ("warp", "weft"):
+
+        def change(pixels: NDArray) -> None:
+            pixels[..., :3] *= np.float16(0.7)
+
+        rewrite(folder / "textures" / f"{system}_albedo.exr", change)
+
+
 # --- The draft ------------------------------------------------------------------------------------
 
 
@@ -437,7 +525,8 @@ def a_texel_of_the_other_system(folder: Path) -> None:
 
 in_text("two_yarns_on_one_thread", LOOK, 'weave:yarn:indigo:system = "weft"',
         'weave:yarn:indigo:system = "warp"',
-        "thread-mixed", "system-disagrees", "drawdown-disagrees", "fibre-across")  # fmt: skip
+        "thread-mixed", "system-disagrees", "drawdown-disagrees", "fibre-across",
+        "kinds-wrong", "moments-disagree")  # fmt: skip
 
 # --- What the thesis's own code did -------------------------------------------------------------
 
@@ -457,7 +546,8 @@ def weft_normals_with_exchanged_curvatures(channels: Channels) -> None:
     channels["normal"][weft] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
 
 
-@in_files("vector-not-unit", "frame-not-orthogonal", "normal-not-of-height", "encodings-disagree")
+@in_files("vector-not-unit", "frame-not-orthogonal", "normal-not-of-height", "encodings-disagree",
+          "moments-disagree")  # fmt: skip
 def normals_gamma_encoded_in_the_linear_file(folder: Path) -> None:
     def change(pixels: NDArray) -> NDArray:
         encoded = 2 * (pixels.astype(float) / 2 + 0.5) ** (1 / 2.2) - 1
@@ -488,17 +578,22 @@ in_text("another_base_weight", MTLX, '<input name="base_weight" type="float" val
         '<input name="base_weight" type="float" value="0.9"', "mtlx-disagrees")  # fmt: skip
 
 
-def tx_of(folder: Path, change: Callable[[NDArray], NDArray] = np.asarray, **levels: bool) -> None:
-    """Write opacity.tx by OpenImageIO's own means, from the texture as `change` makes it."""
+def tx_of(
+    folder: Path,
+    change: Callable[[NDArray], NDArray] = np.asarray,
+    file: str = "opacity.png",
+    **levels: bool,
+) -> None:
+    """Write the .tx of `file` by OpenImageIO's own means, from the texture as `change` makes it."""
     textures = folder / "textures"
-    source = OpenImageIO.ImageBuf(str(textures / "opacity.png"))
+    source = OpenImageIO.ImageBuf(str(textures / file))
     pixels = source.get_pixels(OpenImageIO.FLOAT)
     changed = np.ascontiguousarray(change(pixels), np.float32)
     height, width, channels = changed.shape
     spec = OpenImageIO.ImageSpec(width, height, channels, OpenImageIO.HALF)
     made = OpenImageIO.ImageBuf(spec)
     made.set_pixels(OpenImageIO.ROI(), changed)
-    target = str(textures / "opacity.tx")
+    target = str((textures / file).with_suffix(".tx"))
     config = OpenImageIO.ImageSpec()
     config.attribute("maketx:nomipmap", 0 if levels.get("whole", True) else 1)
     config.attribute("maketx:fileformatname", "openexr")
@@ -526,6 +621,11 @@ def a_tx_of_an_older_texture(folder: Path) -> None:
 @in_files("mip-disagrees", "mip-range")
 def a_tx_twice_as_bright(folder: Path) -> None:
     tx_of(folder, lambda pixels: pixels * 2)
+
+
+@in_files("mip-disagrees")
+def a_tx_of_an_older_map(folder: Path) -> None:
+    tx_of(folder, lambda pixels: np.roll(pixels, 5, axis=0), "weft_along.exr")
 
 
 # --- Optics --------------------------------------------------------------------------------------

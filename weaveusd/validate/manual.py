@@ -14,6 +14,7 @@ _NEEDS = {
     "material": "a cloth material",
     "shader": "the exact shader",
     "textures": "all textures, of one size",
+    "moments": "moment maps, which assets of older versions lack",
     "renderer": "Mitsuba and libLLVM",
 }
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pxr import Sdf, Usd, UsdShade
 
@@ -19,6 +19,9 @@ from weaveusd.validate.profiles import DEFAULT, Profile
 from weaveusd.validate.registry import Need
 from weaveusd.validate.sweep import Look, Sweep, sweep
 from weaveusd.validate.textures import Header, TextureFolder
+
+if TYPE_CHECKING:
+    from weaveusd.validate.textures import Pixels
 
 TEXTURE_FILES: dict[str, contract.Channel] = {
     file: channel for channel in contract.CHANNELS.values() for file in channel.files
@@ -34,7 +37,8 @@ class OpenAsset:
 
     `jobs` is the number of threads that read textures, by default one for each core. `colorway`
     is the variant of the root that is judged, "" for the one that the asset chooses itself.
-    `profile` says how closely checks look. What checks show beside findings is in `shown`.
+    `profile` says how closely checks look. What checks show beside findings is in `shown`, the
+    texels of small textures that several checks look at, by file, in `kept`.
 
     Raises
     ------
@@ -55,6 +59,7 @@ class OpenAsset:
         self.colorway = colorway
         self.profile = profile or Profile(DEFAULT)
         self.shown: dict[str, Exhibit] = {}
+        self.kept: dict[str, Pixels] = {}
         with captured_diagnostics():
             # What counts is on disk, not what this process remembers of it.
             for layer in self.layers():
@@ -158,6 +163,8 @@ class OpenAsset:
             return _no_renderer()
         if need == "shader":
             return None if self.shader else "there is no exact shader"
+        if need == "moments":
+            return None if named_maps(self.shader) else "the exact shader names no moment maps"
         return self._texture_fault
 
     def sweep(
@@ -235,6 +242,16 @@ def connected_prim(output: UsdShade.Output) -> Usd.Prim:
     """Return the prim whose output `output` is connected to, or an invalid one."""
     sources = output.GetConnectedSources()[0] if output else []
     return sources[0].source.GetPrim() if sources else Usd.Prim()
+
+
+def named_maps(shader: Usd.Prim) -> tuple[str, ...]:
+    """Return those inputs of `shader` that are there to name moment maps."""
+    inputs = (
+        contract.moment_input(system, name)
+        for system in contract.SYSTEMS
+        for name in contract.MOMENT_MAPS
+    )
+    return tuple(name for name in inputs if shader and UsdShade.Shader(shader).GetInput(name))
 
 
 def stored_type(file: str) -> str:

@@ -12,9 +12,10 @@ if TYPE_CHECKING:
     from weaveusd.validate.open_asset import OpenAsset
     from weaveusd.validate.textures import Band
 
-Need = Literal["material", "shader", "textures", "renderer"]
+Need = Literal["material", "shader", "textures", "moments", "renderer"]
 """What a check cannot do without: a cloth material, its exact shader, a complete set of
-textures of one size that decode, a renderer on this machine. Without it the check is skipped."""
+textures of one size that decode, moment maps that the shader names, a renderer on this machine.
+Without it the check is skipped."""
 
 Rule = Callable[["OpenAsset"], Iterator[Finding]]
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade, Vt
 
 from weaveusd import contract
-from weaveusd.render.model import RenderResult
+from weaveusd.render.model import FULL, Lod, RenderResult
 from weaveusd.render.run import render
 from weaveusd.validate.open_asset import OpenAsset
 
@@ -55,9 +55,17 @@ class Trial:
         self._count = 0
 
     def render(
-        self, setting: Setting, *, spp: int, seed: int = 0, context: str = contract.MITSUBA_CONTEXT
+        self,
+        setting: Setting,
+        *,
+        spp: int,
+        seed: int = 0,
+        context: str = contract.MITSUBA_CONTEXT,
+        lod: Lod = FULL,
     ) -> RenderResult:
         """Return the picture of whole repeats in a setting; the longer side has the profile's size.
+
+        `lod` is the detail of the cloth, as in `weaveusd.render.run.render`.
 
         Raises
         ------
@@ -76,6 +84,7 @@ class Trial:
             spp=spp,
             seed=seed,
             context=context,
+            lod=lod,
         )
 
 

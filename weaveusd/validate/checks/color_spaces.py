@@ -9,6 +9,7 @@ from pxr import Usd, UsdShade
 
 from weaveusd.contract import CLOTH_SHADER_ID, COLOR_SPACES, ColorSpace
 from weaveusd.validate.model import Finding, Status
+from weaveusd.validate.moment_maps import MAP_FILES
 from weaveusd.validate.open_asset import TEXTURE_FILES, OpenAsset
 from weaveusd.validate.registry import Code, check
 
@@ -74,6 +75,8 @@ def _space(attribute: Usd.Attribute, encoded: str, linear: str, data: str) -> st
     """Return the color space of the texture that `attribute` names, None for other files."""
     value = attribute.Get()
     name = PurePosixPath(value.path).name if value is not None else ""
+    if name in MAP_FILES:
+        return linear if MAP_FILES[name] == "albedo" else data
     if name not in TEXTURE_FILES:
         return None
     if TEXTURE_FILES[name].encoding != "color":

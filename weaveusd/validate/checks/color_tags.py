@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from weaveusd.contract import TEXTURE_DIR, ColorSpace
+from weaveusd.contract import ColorSpace
+from weaveusd.errors import InputError
 from weaveusd.validate.model import Finding, Status
+from weaveusd.validate.moment_maps import MAP_FILES
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
 
 TAG = Code(
     "color-space-tag",
     Status.FAIL,
-    "The linear color texture states another color space than the cloth.",
+    "A linear color texture states another color space than the cloth.",
 )
 
 OIIO_NAMES: dict[ColorSpace, tuple[str, ...]] = {
@@ -29,11 +31,14 @@ OIIO_NAMES: dict[ColorSpace, tuple[str, ...]] = {
     codes=(TAG,),
 )
 def color_tags(asset: OpenAsset) -> Iterator[Finding]:
-    """The linear color texture states the color space of the cloth."""
-    file = "base_color.exr"
-    stated = asset.textures.header(file).color_space
-    if stated not in OIIO_NAMES[asset.color_space]:
-        yield TAG(
-            f"states {stated!r}, but weave:colorSpace is {asset.color_space}",
-            f"{TEXTURE_DIR}/{file}",
-        )
+    """The linear color textures state the color space of the cloth."""
+    for file in ("base_color.exr", *(map_ for map_, name in MAP_FILES.items() if name == "albedo")):
+        try:
+            stated = asset.textures.header(file).color_space
+        except InputError:
+            continue  # texture/files or texture/moments reports it
+        if stated not in OIIO_NAMES[asset.color_space]:
+            yield TAG(
+                f"states {stated!r}, but weave:colorSpace is {asset.color_space}",
+                asset.short(asset.textures.path(file)),
+            )

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import OpenImageIO
 
-from weaveusd.contract import CHANNELS, TX_SUFFIX, Channel
+from weaveusd.contract import CHANNELS, MAX_MOMENT_TEXELS, TX_SUFFIX, Channel
 from weaveusd.errors import InputError
 from weaveusd.validate.model import Finding, Status
+from weaveusd.validate.moment_maps import MAP_FILES
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
 from weaveusd.validate.textures import MAX_SIDE
@@ -45,9 +46,9 @@ STEP = 1 / 255 / 2 + 2.0**-10
 )
 def mip_chains(asset: OpenAsset) -> Iterator[Finding]:
     """Every .tx beside a texture is that texture, tiled, with every level down to one texel."""
-    for channel in CHANNELS.values():
-        # The copy is of the linear file where there are two.
-        file = channel.files[-1]
+    # The copy is of the linear file where there are two.
+    channels = {channel.files[-1]: channel for channel in CHANNELS.values()}
+    for file in (*channels, *MAP_FILES):
         source = asset.textures.path(file)
         path = source.with_suffix(TX_SUFFIX)
         if not path.is_file():
@@ -58,14 +59,15 @@ def mip_chains(asset: OpenAsset) -> Iterator[Finding]:
             yield BROKEN(" ".join(OpenImageIO.geterror().split())[:200], where)
             continue
         try:
-            yield from _judge(opened, channel, asset, file, where)
+            yield from _judge(opened, channels.get(file), asset, file, where)
         finally:
             opened.close()
 
 
 def _judge(
-    opened: Any, channel: Channel, asset: OpenAsset, file: str, where: str
+    opened: Any, channel: Channel | None, asset: OpenAsset, file: str, where: str
 ) -> Iterator[Finding]:
+    """Judge the copy of a texture, or of a moment map where `channel` is None."""
     spec = opened.spec()
     header = None
     with suppress(InputError):
@@ -92,9 +94,26 @@ def _judge(
         yield LEVELS(f"has the levels {shown}, expected halves down to 1 x 1", where)
     if (worst := _difference(opened, asset, file)) > STEP:
         yield OTHER(f"differs from {file} by {worst:.3g}", where)
+    if channel is None:
+        yield from _means(opened, sizes, where)
+        return
     for level, size in enumerate(sizes):
         if max(size) <= LARGEST and not _is_mean(_whole(opened, level, size), channel):
             yield RANGE(f"level {level}, {size[0]} x {size[1]}, is out of range", where)
+
+
+def _means(opened: Any, sizes: list[tuple[int, int]], where: str) -> Iterator[Finding]:
+    """Judge the levels of a moment map: means of even pieces all have the mean of the whole."""
+    first = None
+    for level, size in enumerate(sizes):
+        if size[0] * size[1] > MAX_MOMENT_TEXELS:
+            return  # texture/moments reports it
+        mean = _whole(opened, level, size).mean(axis=(0, 1), dtype=np.float64)
+        first = mean if first is None else first
+        if not (np.abs(mean - first) <= STEP).all():
+            yield RANGE(
+                f"level {level}, {size[0]} x {size[1]}, has another mean than the first", where
+            )
 
 
 def _sizes(opened: Any) -> list[tuple[int, int]]:

@@ -21,6 +21,7 @@ from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.report.channels import channel_pictures
 from weaveusd.validate.report.drape import drape_picture
 from weaveusd.validate.report.drawings import draft_svg, lobe_svg
+from weaveusd.validate.report.moments import moment_pictures
 
 MAX_TEXT = 20_000
 """Characters of the asset's own page that are shown."""
@@ -47,6 +48,7 @@ def gather(asset: OpenAsset) -> dict[str, Any]:
 
     exhibits = list(asset.shown.values())
     exhibits += part("channels", lambda: channel_pictures(asset), [])
+    exhibits += part("moment maps", lambda: moment_pictures(asset), [])
     if any(exhibit.group == "Renders" for exhibit in exhibits):
         exhibits += part("drape", lambda: drape_picture(asset), [])
     return {

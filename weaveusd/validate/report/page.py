@@ -12,10 +12,13 @@ from weaveusd.validate.report.style import STYLE
 from weaveusd.validate.text import summary
 
 _VERDICTS = {True: "passed", False: "not passed"}
-_GROUPS = ("Renders", "Networks", "Channels")
+_GROUPS = ("Renders", "Networks", "Channels", "Moment maps")
 _NOTES = {
     "Networks": "What other renderers make of the asset, beside the exact cloth.",
     "Channels": "Texels at even steps, none mixed; the top row of the file is at the top.",
+    "Moment maps": "What warp and weft do below each texel, for a cloth seen from afar: albedo in "
+    "color, all else component by component from the left and from the top, black 0 and white 1, "
+    "or black −1 and white 1 where there are values below 0.",
 }
 
 
