@@ -51,7 +51,13 @@ def translate(
         raise StageError(f"{path}.inputs:{contract.SHADER_UV_SCALE}: is {scale}, expected float2")
     arrays = {name: _channel(shader, name, time) for name in PACKED_CHANNELS}
     base_color = _INPUT_OF["base_color"]
-    arrays["base_color"] = in_rec709(shader, base_color, arrays["base_color"], losses)
+    arrays["base_color"], outside = in_rec709(shader, base_color, arrays["base_color"])
+    if outside:
+        losses.approximated(
+            shader.GetPrim(),
+            f"{outside} texels of {base_color} are outside Rec.709, in which Mitsuba renders; "
+            "clipped",
+        )
     gains = value(shader, contract.SHADER_ALBEDO_GAIN, time)
     try:
         optics = yarn_table(inputs)

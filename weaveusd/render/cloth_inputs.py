@@ -11,7 +11,6 @@ from weaveusd import contract
 from weaveusd.color_space import texels_to_rec709
 from weaveusd.errors import StageError
 from weaveusd.render import textures
-from weaveusd.render.model import Losses
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -73,21 +72,18 @@ def image(
 
 
 def in_rec709(
-    shader: UsdShade.Shader,
-    name: str,
-    color: NDArray[np.float32],
-    losses: Losses,
-    most: ArrayLike = 1.0,
-) -> NDArray[np.float32]:
+    shader: UsdShade.Shader, name: str, color: NDArray[np.float32], most: ArrayLike = 1.0
+) -> tuple[NDArray[np.float32], int]:
     """Return colors (H, W, 3), from the space that their input states, in linear Rec.709.
 
-    What is converted is clipped to 0…`most`, a number or one for each texel (H, W, 1), and
-    clipping that shows is told. StageError for a space that is none of the contract's.
+    What is converted is clipped to 0…`most`, a number or one for each texel (H, W, 1). The number
+    of texels of which that shows comes second. StageError for a space that is none of the
+    contract's.
     """
     sources = UsdShade.Utils.GetValueProducingAttributes(shader.GetInput(name))
     stated = str(sources[0].GetColorSpace()) if sources[0].HasColorSpace() else ""
     if stated in ("", "lin_rec709"):
-        return color
+        return color, 0
     space = next((known for known in contract.COLOR_SPACES if known == stated), None)
     if space is None:
         raise StageError(
@@ -103,9 +99,4 @@ def in_rec709(
         clipped[rows] = np.clip(linear, 0, limits[rows])
         lost = np.abs(linear - clipped[rows]) > _VISIBLE
         outside += int(np.count_nonzero(lost.any(axis=-1)))
-    if outside:
-        losses.approximated(
-            shader.GetPrim(),
-            f"{outside} texels of {name} are outside Rec.709, in which Mitsuba renders; clipped",
-        )
-    return clipped
+    return clipped, outside

@@ -59,7 +59,7 @@ def read_levels(
             shader.GetPrim(), "cloth is shown in full: it has no moment maps to be seen by"
         )
         return None
-    warp, weft = (_read(shader, system, time, losses, yarns) for system in contract.SYSTEMS)
+    warp, weft = (_read(shader, system, time, yarns) for system in contract.SYSTEMS)
     name = contract.moment_input(contract.SYSTEMS[1], _FIRST)
     _check_size(shader, name, weft.maps[_FIRST], warp.maps[_FIRST].shape)
     mended = _mend(warp.maps, weft.maps)
@@ -70,9 +70,7 @@ def read_levels(
     return make_levels(warp, weft)
 
 
-def _read(
-    shader: UsdShade.Shader, system: str, time: Usd.TimeCode, losses: Losses, yarns: int
-) -> SystemMaps:
+def _read(shader: UsdShade.Shader, system: str, time: Usd.TimeCode, yarns: int) -> SystemMaps:
     flatness, bend = _section(shader, system, time)
     kinds = _kinds(shader, system, time, yarns)
     maps: dict[str, Floats] = {}
@@ -80,10 +78,10 @@ def _read(
         given = contract.moment_input(system, name)
         maps[name] = _map(shader, given, time)
         _check_size(shader, given, maps[name], maps[_FIRST].shape)
-    maps["albedo"][..., :3] = in_rec709(
-        shader, contract.moment_input(system, "albedo"), maps["albedo"][..., :3], losses,
-        np.clip(maps["albedo"][..., 3:], 0, 1),
-    )  # fmt: skip
+    # What is outside Rec.709 is so in the base color too, which tells of it.
+    albedo = contract.moment_input(system, "albedo")
+    opacity = np.clip(maps["albedo"][..., 3:], 0, 1)
+    maps["albedo"][..., :3], _ = in_rec709(shader, albedo, maps["albedo"][..., :3], opacity)
     return SystemMaps(maps, flatness, bend, kinds)
 
 
@@ -117,7 +115,7 @@ def _section(shader: UsdShade.Shader, system: str, time: Usd.TimeCode) -> tuple[
         or not 0 <= section[1] <= MOST_BENT
     ):
         raise StageError(
-            f"{where(shader, name)}: is {tuple(section)}, expected a flatness from "
+            f"{where(shader, name)}: is {_told(section)}, expected a flatness from "
             f"{FLATTEST:g} to {ROUNDEST:g} and a curvature from 0 to {MOST_BENT:g}"
         )
     return section[0], section[1]
@@ -131,10 +129,15 @@ def _kinds(shader: UsdShade.Shader, system: str, time: Usd.TimeCode, yarns: int)
         k.is_integer() and 1 <= k <= yarns for k in kinds
     ):
         raise StageError(
-            f"{where(shader, name)}: is {[f'{k:g}' for k in kinds[:8]]}, expected 1 to "
+            f"{where(shader, name)}: is {_told(kinds)}, expected 1 to "
             f"{contract.MAX_KINDS} yarn ids from 1 to {yarns}"
         )
     return tuple(int(k) - 1 for k in kinds)
+
+
+def _told(found: list[float]) -> str:
+    """Return numbers for a message, the first few of them."""
+    return f"[{', '.join(f'{number:g}' for number in found[:8])}]"
 
 
 def _mend(*systems: Mapping[str, Floats]) -> int:
