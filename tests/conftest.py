@@ -16,6 +16,15 @@ with contextlib.suppress(RendererUnavailableError):
 
 
 @pytest.fixture
+def renderer() -> None:
+    """The renderer is active; a test that asks for it is skipped where there is none."""
+    try:
+        variant.prepare()
+    except RendererUnavailableError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture
 def run(monkeypatch, capsys):
     """Run the command line in this process: (status, stdout, stderr)."""
 

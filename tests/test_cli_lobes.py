@@ -9,17 +9,9 @@ import pytest
 from typer.testing import CliRunner
 
 from weaveusd.cli import app
-from weaveusd.errors import RendererUnavailableError
 from weaveusd.proof import check
-from weaveusd.render import variant
 
-try:
-    variant.prepare()
-    _MISSING = ""
-except RendererUnavailableError as error:
-    _MISSING = str(error)
-
-renders = pytest.mark.skipif(bool(_MISSING), reason=_MISSING)
+renders = pytest.mark.usefixtures("renderer")
 
 
 def run(*arguments):

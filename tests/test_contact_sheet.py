@@ -11,7 +11,6 @@ import OpenImageIO as oiio  # noqa: N813
 import pytest
 
 from weaveusd.contract import CHANNELS
-from weaveusd.errors import RendererUnavailableError
 from weaveusd.yarn.recipe import preset_names, read_preset
 
 ROOT = Path(__file__).parents[1]
@@ -24,13 +23,7 @@ def sheet():
     return runpy.run_path(str(ROOT / "examples" / "contact_sheet.py"))
 
 
-def test_a_sheet_holds_a_render_and_a_tile_of_every_channel(sheet, tmp_path, monkeypatch):
-    from weaveusd.render import variant
-
-    try:
-        variant.prepare()
-    except RendererUnavailableError as error:
-        pytest.skip(str(error))
+def test_a_sheet_holds_a_render_and_a_tile_of_every_channel(sheet, tmp_path, monkeypatch, renderer):
     monkeypatch.setitem(sheet["card"].__globals__, "SPP", 1)
     path = tmp_path / "sheet.png"
     sheet["main"](path, ["oxford"])

@@ -9,21 +9,16 @@ import numpy as np
 import pytest
 
 import weaveusd
-from weaveusd.errors import RendererUnavailableError, StageError
+from weaveusd.errors import StageError
 from weaveusd.proof.check import ANGLES
 from weaveusd.proof.subjects import subjects
-from weaveusd.render import variant
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "bsdf.md"
 
 
 @pytest.fixture
-def mi():
-    try:
-        variant.prepare()
-    except RendererUnavailableError as error:
-        pytest.skip(str(error))
+def mi(renderer):
     import mitsuba
 
     return mitsuba

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 import weaveusd
-from weaveusd.errors import RendererUnavailableError
-from weaveusd.render import variant
 from weaveusd.shading.directions import pairs
 
 DRAFTS = Path(__file__).resolve().parents[1] / "examples" / "drafts"
@@ -75,11 +73,9 @@ def radiance(folder, entry, repeat_m, wi, wo, context):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("draft", "preset"), [("satin_5", "charmeuse"), ("twill_2_2", "denim")])
-def test_a_fitted_network_is_as_far_off_in_a_render_as_the_asset_says(draft, preset, tmp_path):
-    try:
-        variant.prepare(None)
-    except RendererUnavailableError as error:
-        pytest.skip(str(error))
+def test_a_fitted_network_is_as_far_off_in_a_render_as_the_asset_says(
+    draft, preset, tmp_path, renderer
+):
     done = weaveusd.publish(DRAFTS / f"{draft}.wif", preset=preset, root=tmp_path, resolution=192)
     stated = {
         network["network"]: effect["error"]

@@ -8,7 +8,6 @@ from pathlib import Path
 import OpenImageIO as oiio  # noqa: N813
 import pytest
 
-from weaveusd.errors import RendererUnavailableError
 from weaveusd.render.scenes import scene_names
 
 GALLERY = Path(__file__).parents[1] / "examples" / "gallery.py"
@@ -24,13 +23,7 @@ def test_every_scene_is_in_the_gallery(gallery):
 
 
 @pytest.mark.slow
-def test_the_gallery_of_a_scene_is_its_pictures(gallery, tmp_path):
-    from weaveusd.render import variant
-
-    try:
-        variant.prepare()
-    except RendererUnavailableError as error:
-        pytest.skip(str(error))
+def test_the_gallery_of_a_scene_is_its_pictures(gallery, tmp_path, renderer):
     gallery["main"](tmp_path, ["swatch"], 32, 4)
     for name in ("swatch_linen_plain", "swatch_denim_detail"):
         picture = oiio.ImageBuf(str(tmp_path / f"{name}.png"))

@@ -11,21 +11,13 @@ import weaveusd
 from weaveusd.cloth.weave import weave
 from weaveusd.draft.make import make_draft
 from weaveusd.draft.write import write_wif
-from weaveusd.errors import RendererUnavailableError
-from weaveusd.render import variant
 from weaveusd.render.gain import albedos
 from weaveusd.shading.measured import measured, texels_of
 from weaveusd.shading.normalization import normalization
 from weaveusd.synth.textures import synthesize
 from weaveusd.yarn.recipe import read_preset
 
-try:
-    variant.prepare(variant.LLVM)
-    _MISSING = ""
-except RendererUnavailableError as error:
-    _MISSING = str(error)
-
-renders = pytest.mark.skipif(bool(_MISSING), reason=_MISSING)
+renders = pytest.mark.usefixtures("renderer")
 
 
 def d_8(bsdf):
@@ -60,11 +52,9 @@ def d_8(bsdf):
 @renders
 @pytest.mark.parametrize("preset", ["linen_plain", "charmeuse"])
 def test_a_swatch_measures_as_its_yarns_color(preset):
-    import mitsuba as mi
 
     from weaveusd.render.bsdf import cloth_bsdf_dict
 
-    mi.set_variant(variant.LLVM)
     recipe = read_preset(preset)
     made = weave(make_draft(recipe.weave or "plain"), recipe)
     color = (0.4, 0.25, 0.1)

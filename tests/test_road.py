@@ -16,7 +16,6 @@ import weaveusd
 from weaveusd import contract, pipeline
 from weaveusd.draft.make import make_draft
 from weaveusd.draft.write import write_wif
-from weaveusd.errors import RendererUnavailableError
 from weaveusd.patch import Patch
 from weaveusd.yarn.recipe import preset_names, read_preset
 
@@ -217,23 +216,18 @@ def DomeLight "Sky" {{
 """
 
 
-def test_a_right_handed_twill_is_right_handed_in_every_picture(tmp_path):
+def test_a_right_handed_twill_is_right_handed_in_every_picture(tmp_path, renderer):
     """Z: up to the right, in the texture files and in a render."""
     import OpenImageIO as oiio  # noqa: N813
 
     from weaveusd.draft.make import make_draft
     from weaveusd.draft.write import write_wif
-    from weaveusd.render import variant
 
     wif = tmp_path / "z.wif"
     wif.write_bytes(write_wif(make_draft("twill:2/2:Z@FFFFFF,101010")))
     done = weaveusd.publish(wif, preset="cotton", root=tmp_path, resolution=64)
     texture = oiio.ImageBuf(str(done.asset.folder / "textures" / "base_color.png")).get_pixels()
     assert climbs_to_the_right(texture[..., 0])
-    try:
-        variant.prepare()
-    except RendererUnavailableError as error:
-        pytest.skip(str(error))
     stage = tmp_path / "face.usda"
     stage.write_text(FACE_ON.format(entry=f"./{done.asset.entry.relative_to(tmp_path)}"))
     assert climbs_to_the_right(weaveusd.render(stage, width=64, spp=64).image[..., 0])
@@ -251,14 +245,10 @@ def climbs_to_the_right(picture: np.ndarray) -> bool:
 
 
 @pytest.mark.parametrize("preset", ["linen", pytest.param("silk", marks=pytest.mark.slow)])
-def test_the_published_stage_looks_like_the_material_in_memory(preset, tmp_path, monkeypatch):
+def test_the_published_stage_looks_like_the_material_in_memory(
+    preset, tmp_path, monkeypatch, renderer
+):
     """Two-sample z-test over pixels: the pictures differ by noise and nothing else."""
-    from weaveusd.render import variant
-
-    try:
-        variant.prepare()
-    except RendererUnavailableError as error:
-        pytest.skip(str(error))
     done = weaveusd.publish(TWILL, preset=preset, root=tmp_path, resolution=256)
     stage = tmp_path / "stage.usda"
     stage.write_text(STAGE.format(entry=f"./{done.asset.entry.relative_to(tmp_path)}"))

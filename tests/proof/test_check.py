@@ -6,18 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from weaveusd.errors import RendererUnavailableError
 from weaveusd.proof import check
 from weaveusd.proof.subjects import subjects
-from weaveusd.render import variant
 
-try:
-    variant.prepare()
-    _MISSING = ""
-except RendererUnavailableError as error:
-    _MISSING = str(error)
-
-pytestmark = pytest.mark.skipif(bool(_MISSING), reason=_MISSING)
+pytestmark = pytest.mark.usefixtures("renderer")
 
 
 def faults(rows: tuple[check.Row, ...]) -> list[str]:

@@ -26,6 +26,14 @@ def new_stage(path: Path, up: str = "Y") -> Usd.Stage:
     return stage
 
 
+def domed_stage(folder: Path, fov: float = 14.0) -> Usd.Stage:
+    """Return a stage with a white dome and a camera that sees a little more than `SQUARE`."""
+    stage = new_stage(folder / "scene.usda")
+    add_dome(stage)
+    add_camera(stage, fov=fov)
+    return stage
+
+
 def add_mesh(
     stage: Usd.Stage,
     path: str = "/World/Card",

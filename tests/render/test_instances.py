@@ -12,9 +12,9 @@ from pxr import Gf, Sdf, UsdGeom, UsdLux, Vt
 
 from tests.render.stages import (
     add_camera,
-    add_dome,
     add_mesh,
     bind,
+    domed_stage,
     new_stage,
     picture,
     preview_material,
@@ -25,10 +25,7 @@ RED, GREEN = (0.8, 0.1, 0.1), (0.1, 0.8, 0.1)
 
 @pytest.fixture
 def stage(tmp_path: Path) -> Any:
-    made = new_stage(tmp_path / "scene.usda")
-    add_dome(made)
-    add_camera(made, fov=30)
-    return made
+    return domed_stage(tmp_path, fov=30)
 
 
 def add_instancer(stage: Any, positions: Any, which: Any = None, path: str = "/World/Crowd") -> Any:

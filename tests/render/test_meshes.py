@@ -10,12 +10,10 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
 
 from tests.render.stages import (
-    add_camera,
-    add_dome,
     add_mesh,
     add_texture,
     bind,
-    new_stage,
+    domed_stage,
     picture,
     preview_material,
     write_image,
@@ -30,10 +28,7 @@ STRIP_FACES = (0, 1, 4, 3, 1, 2, 5, 4)
 
 @pytest.fixture
 def stage(tmp_path: Path) -> Any:
-    made = new_stage(tmp_path / "scene.usda")
-    add_dome(made)
-    add_camera(made, fov=14)
-    return made
+    return domed_stage(tmp_path)
 
 
 def arrays(stage: Any) -> tuple[Any, Any, Any, list[str]]:

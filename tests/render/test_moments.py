@@ -9,7 +9,7 @@ import pytest
 from pxr import Gf, UsdGeom, UsdLux, UsdUtils
 
 import weaveusd
-from tests.render.stages import add_camera, add_dome, add_mesh, middle, new_stage, picture
+from tests.render.stages import add_mesh, domed_stage, middle, picture
 from weaveusd.errors import InputError
 
 RED, GREEN = (0.8, 0.1, 0.1), (0.1, 0.8, 0.1)
@@ -17,10 +17,7 @@ RED, GREEN = (0.8, 0.1, 0.1), (0.1, 0.8, 0.1)
 
 @pytest.fixture
 def stage(tmp_path: Path) -> Any:
-    made = new_stage(tmp_path / "scene.usda")
-    add_dome(made)
-    add_camera(made, fov=14)
-    return made
+    return domed_stage(tmp_path)
 
 
 def test_points_colors_and_transforms_are_those_of_the_frame(mi: Any, stage: Any) -> None:

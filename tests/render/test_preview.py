@@ -6,15 +6,13 @@ from typing import Any
 import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 import pytest
-from pxr import Gf, Sdf, UsdGeom, UsdShade
+from pxr import Gf, Sdf, UsdShade
 
+from tests.render.networks import card_stage
 from tests.render.stages import (
-    add_camera,
-    add_dome,
     add_mesh,
     add_texture,
     bind,
-    new_stage,
     picture,
     preview_material,
     write_image,
@@ -26,12 +24,7 @@ QUADRANTS = np.array((((0.9, 0.1, 0.1), (0.1, 0.9, 0.1)), ((0.1, 0.1, 0.9), (0.7
 
 @pytest.fixture
 def stage(tmp_path: Path) -> Any:
-    """A white dome and a camera that sees the square from -1 to 1, and nothing else."""
-    made = new_stage(tmp_path / "scene.usda")
-    add_dome(made)
-    camera = add_camera(made)
-    camera.CreateProjectionAttr(UsdGeom.Tokens.orthographic)
-    return made
+    return card_stage(tmp_path)
 
 
 def textured(stage: Any, tmp_path: Path, pixels: Any = QUADRANTS, **inputs: Any) -> Any:

@@ -12,20 +12,15 @@ from pxr import UsdMedia
 
 import weaveusd
 from weaveusd import pipeline
-from weaveusd.errors import InputError, RendererUnavailableError
-from weaveusd.render import previews, variant
+from weaveusd.errors import InputError
+from weaveusd.render import previews
 from weaveusd.stage import open_stage
 from weaveusd.validate.run import validate
 
 DRAFTS = Path(__file__).resolve().parents[2] / "examples" / "drafts"
 
 
-@pytest.fixture(scope="module", autouse=True)
-def renderer():
-    try:
-        variant.prepare(None)
-    except RendererUnavailableError as error:
-        pytest.skip(str(error))
+pytestmark = pytest.mark.usefixtures("renderer")
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from tests.render.stages import (
     add_dome,
     add_mesh,
     bind,
+    domed_stage,
     middle,
     new_stage,
     picture,
@@ -25,11 +26,7 @@ RED, GREEN = (0.8, 0.1, 0.1), (0.1, 0.8, 0.1)
 
 @pytest.fixture
 def stage(tmp_path: Path) -> Any:
-    """A white dome and a camera that sees a little more than the square from -1 to 1."""
-    made = new_stage(tmp_path / "scene.usda")
-    add_dome(made)
-    add_camera(made, fov=14)
-    return made
+    return domed_stage(tmp_path)
 
 
 def shape_of(stage: Any) -> Any:
