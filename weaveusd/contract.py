@@ -25,7 +25,8 @@ class Channel:
     PNG; `vector` is a unit vector in the cloth frame, components -1…1; `scalar` a number in
     `unit`; `label` an integer that must never be filtered.
     `files` are the names, below the asset's texture folder, that carry the channel. `per_yarn`
-    marks channels that follow from the yarn id alone.
+    marks channels that follow from each yarn's fit to the standard shaders. Of scalars in 8 bits,
+    `low` is what 0 stands for; 255 stands for 1.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Channel:
     files: tuple[str, ...]
     meaning: str
     per_yarn: bool = False
+    low: float = 0.0
 
 
 # The .png files serve renderers that others wrote; the .exr files hold what the exact BSDF reads.
@@ -62,9 +64,10 @@ CHANNELS: dict[str, Channel] = {
         Channel("roughness", 1, "scalar", "1", ("roughness.png",),
                 "specular roughness of OpenPBR, for standard shaders; 1 on loose hairs",
                 per_yarn=True),
-        Channel("anisotropy", 1, "scalar", "1", ("anisotropy.png",),
-                "specular anisotropy of OpenPBR, the tangent lying across the fibre",
-                per_yarn=True),
+        Channel("rotation", 3, "scalar", "1", ("rotation.png",),
+                "(cos 2φ, sin 2φ, 0) p; the highlight is wide towards φ, from X about the normal, "
+                "and p = (α_t − α_b) / (α_t + α_b) of its α across and along the fibre",
+                per_yarn=True, low=-1.0),
     )
 }  # fmt: skip
 
@@ -163,7 +166,7 @@ def moment_names(kinds: int) -> tuple[str, ...]:
 class LobeMap:
     """A map whose file holds all mip levels, the coarse ones with lobes as wide as what they cover.
 
-    α_t and α_b are the roughnesses of GGX across the fibre, which is the wider one, and along it.
+    The finest level is that of the channel of the same name, where there is one.
     """
 
     name: str
@@ -175,9 +178,7 @@ LOBE_MAPS: dict[str, LobeMap] = {
     m.name: m
     for m in (
         LobeMap("roughness", 1, "specular roughness of OpenPBR"),
-        LobeMap("rotation", 2,
-                "(cos 2φ, sin 2φ) (α_t − α_b) / (α_t + α_b), φ from X about the shading normal to "
-                "where the highlight is wide"),
+        LobeMap("rotation", 2, "(cos 2φ, sin 2φ) p, where the highlight is wide, and how much"),
         LobeMap("preview_roughness", 1, "roughness of UsdPreviewSurface"),
     )
 }  # fmt: skip

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from weaveusd.cloth.model import Floats, Weave
-from weaveusd.contract import CHANNELS, GAP
+from weaveusd.contract import CHANNELS, GAP, LOBE_MAPS, lobe_file
+from weaveusd.export.lobes import yarn_lobes
 from weaveusd.export.moments import moment_files
 from weaveusd.shading.material import (
     ClothMaterial,
@@ -111,9 +112,9 @@ def texture_set(width: int = 32, height: int = 48) -> TextureSet:
 
 
 def texture_files() -> set[str]:
-    """Return the names of the textures that an asset of a cloth has, moment maps too."""
+    """Return the names of the textures that an asset of a cloth has, with all its maps."""
     channels = {file for channel in CHANNELS.values() for file in channel.files}
-    return channels | set(moment_files(plain_weave()))
+    return channels | set(map(lobe_file, LOBE_MAPS)) | set(moment_files(plain_weave()))
 
 
 FIT = StandardFit(alpha_along=0.2, alpha_across=0.8, f0=0.045)
@@ -122,7 +123,7 @@ FITS = StandardFits(
     FIT, (FIT, FIT), ROUND, (ROUND, ROUND), FitsAfar(FIT, "warp", ROUND),
     FitErrors(0.2, 0.25, 0.4, 0.3, 0.4),
 )  # fmt: skip
-PER_YARN = {"roughness": (0.7, 0.6), "anisotropy": (0.75, 0.5)}
+LOBES = yarn_lobes(FITS)
 
 
 def cloth(name: str = "plain", *, title: str = "Plain weave", size: int = 32) -> ClothMaterial:

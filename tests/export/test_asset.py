@@ -281,10 +281,17 @@ def test_openpbr_stretches_its_highlight_across_the_fibre(material):
     shader = surface(material, "mtlx")
     assert shader.GetShaderId() == "ND_open_pbr_surface_surfaceshader"
     across = upstream(shader, "geometry_tangent")
-    assert across.GetShaderId() == "ND_crossproduct_vector3"
-    normal, fibre = upstream(across, "in1"), upstream(across, "in2")
+    plane_x, plane_y = (upstream(upstream(across, name), "in1") for name in ("in1", "in2"))
+    normal = upstream(plane_x, "in2")
     assert upstream(normal, "in").GetInput("file").Get().path == "./textures/normal.png"
-    assert upstream(fibre, "in").GetInput("file").Get().path == "./textures/tangent.png"
+    assert upstream(plane_x, "in1").GetPath() == plane_y.GetPath()
+    for part, function in (("in1", "ND_cos_float"), ("in2", "ND_sin_float")):
+        turned = upstream(upstream(across, part), "in2")
+        assert turned.GetShaderId() == function
+        angle = upstream(turned, "in")
+        assert angle.GetInput("in2").Get() == 0.5
+        rotation = upstream(upstream(upstream(angle, "in1"), "inx"), "in")
+        assert rotation.GetInput("file").Get().path == "./textures/rotation.exr"
     color = upstream(shader, "base_color").GetInput("file")
     assert color.GetAttr().GetColorSpace() == "srgb_texture"
     assert material.GetPrim().GetAttribute("config:mtlx:version").Get() == "1.39"

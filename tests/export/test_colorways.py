@@ -15,7 +15,7 @@ from pxr import Sdf, Usd, UsdShade, UsdUtils
 
 import weaveusd
 from tests.export.cloths import cloth, texels, texture_files
-from weaveusd.contract import COLORWAYS
+from weaveusd.contract import COLORWAYS, LOBE_MAPS, lobe_file
 from weaveusd.draft.wif import load_wif, parse_wif
 from weaveusd.draft.write import write_wif
 from weaveusd.errors import InputError
@@ -188,7 +188,7 @@ def test_another_palette_repaints_the_draft_and_keeps_its_structure(tmp_path):
     own = {path.name for path in (folder / "textures" / "rose").iterdir()}
     assert {"base_color.exr", "base_color.png"} <= own
     colored = {"base_color.exr", "base_color.png", "warp_albedo.exr", "weft_albedo.exr"}
-    assert own <= {*colored, "roughness.png", "anisotropy.png"}
+    assert own <= {*colored, "roughness.png", "rotation.png", *map(lobe_file, LOBE_MAPS)}
     repainted = load(folder / "draft.rose.wif")
     np.testing.assert_allclose(repainted.palette, 1 - draft.palette, atol=1e-4)
     assert repainted.title == draft.title

@@ -28,6 +28,12 @@ def nodes(document: mx.Document) -> list[mx.Node]:
     return [element for element in document.traverseTree() if element.isA(mx.Node)]
 
 
+def upstream(node: mx.Node) -> list[mx.Node]:
+    """Return `node` and all that it takes values from."""
+    above = (put.getConnectedNode() for put in node.getInputs())
+    return [node, *(found for one in above if one is not None for found in upstream(one))]
+
+
 def test_the_document_is_valid_and_every_node_is_standard(document):
     valid, message = document.validate()
     assert valid, message
@@ -62,7 +68,7 @@ def test_files_are_relative_and_among_those_written(document):
     }
     assert files == {
         f"textures/{name}.png"
-        for name in ("base_color", "normal", "tangent", "opacity", "roughness", "anisotropy")
+        for name in ("base_color", "normal", "opacity", "roughness", "rotation")
     }
 
 
@@ -70,10 +76,16 @@ def test_files_are_relative_and_among_those_written(document):
     ("surface", "key"),
     [("plain_surface", "geometry_tangent"), ("plain_standard_surface_surface", "tangent")],
 )
-def test_both_surfaces_take_the_normal_times_the_fibre_for_tangent(document, surface, key):
+def test_both_surfaces_take_the_direction_of_the_rotation_for_tangent(document, surface, key):
     across = document.getNode(surface).getInput(key).getConnectedNode()
-    assert across.getCategory() == "crossproduct"
-    assert [across.getConnectedNode(k).getName() for k in ("in1", "in2")] == ["normal", "fibre"]
+    read = [node.getName() for node in upstream(across)]
+    assert {"rotation_map", "angle_twice", "normal_map"} <= set(read)
+
+
+def test_the_anisotropy_is_that_of_the_rotation_s_length(document):
+    surface = document.getNode("plain_surface")
+    anisotropy = surface.getInput("specular_roughness_anisotropy").getConnectedNode()
+    assert "rotation_map" in [node.getName() for node in upstream(anisotropy)]
 
 
 def test_repeats_multiply_metres(document):

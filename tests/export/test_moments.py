@@ -15,6 +15,7 @@ from weaveusd.contract import MOMENT_MAPS, SYSTEMS, moment_file
 from weaveusd.export import textures as writing
 from weaveusd.export.asset import write_asset
 from weaveusd.export.images import read_image
+from weaveusd.export.lobes import YarnLobes
 from weaveusd.export.moments import moment_files, pictures, system_maps, write_moment_maps
 from weaveusd.export.textures import write_textures
 from weaveusd.synth.kinds import kinds_of
@@ -39,8 +40,8 @@ def written(weave, textures, folder: Path, jobs: int | None = None) -> Path:
     """Write textures and maps of 8 × 7 texels into `folder`."""
     size = textures.width, textures.height
     sums = MomentSums(weave, size, width=8, height=7)
-    per_yarn = dict.fromkeys(("roughness", "anisotropy"), [0.5] * len(weave.yarns))
-    write_textures(textures, folder, per_yarn, also=[sums.add], jobs=jobs)
+    lobes = YarnLobes(*np.full((5, len(weave.yarns)), 0.5, np.float32))
+    write_textures(textures, folder, lobes, also=[sums.add], jobs=jobs)
     write_moment_maps(sums.maps(), folder, textures.repeat_mm)
     return folder
 

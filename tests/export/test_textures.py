@@ -9,7 +9,7 @@ import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 import pytest
 
-from tests.export.cloths import PER_YARN, texels, texture_set
+from tests.export.cloths import LOBES, texels, texture_set
 from weaveusd.contract import CHANNELS
 from weaveusd.errors import WeaveusdError
 from weaveusd.export import textures
@@ -23,7 +23,7 @@ FILES = sorted(name for channel in CHANNELS.values() for name in channel.files)
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("textures")
-    write_textures(texture_set(), path, PER_YARN)
+    write_textures(texture_set(), path, LOBES)
     return path
 
 
@@ -81,14 +81,28 @@ def test_opacity_and_yarn_ids_hold_8_bits_with_gaps_at_zero(folder):
     assert set(np.unique(ids)) == {0, 1, 2}
 
 
-@pytest.mark.parametrize("channel", PER_YARN)
-def test_what_follows_from_the_yarn_is_looked_up_and_loose_where_hairs_are(folder, channel):
-    image = read_image(folder / f"{channel}.png")[..., 0] / 255
+def test_roughness_is_that_of_the_yarn_and_full_where_hairs_are_loose(folder):
+    image = read_image(folder / "roughness.png")[..., 0] / 255
     yarn = expected("yarn_id")[..., 0].astype(int)
     solid = expected("opacity")[..., 0] == 1
-    wanted = np.array(PER_YARN[channel])[yarn]
-    np.testing.assert_allclose(image[solid], wanted[solid], atol=0.51 / 255)
-    assert set(image[~solid]) == {1.0 if channel == "roughness" else 0.0}
+    np.testing.assert_allclose(image[solid], LOBES.roughness[yarn][solid], atol=0.51 / 255)
+    assert set(image[~solid]) == {1.0}
+
+
+def test_the_rotation_is_twice_the_angle_across_the_fibre_as_long_as_the_lobe_is_stretched(folder):
+    x, y, zero = np.moveaxis(read_image(folder / "rotation.png") / 255 * 2 - 1, -1, 0)
+    solid = expected("opacity")[..., 0] == 1
+    yarn = expected("yarn_id")[..., 0].astype(int)
+    normal, fibre = expected("normal"), expected("tangent")
+    plane_x = np.array([1.0, 0.0, 0.0]) - normal * normal[..., :1]
+    plane_x /= np.linalg.norm(plane_x, axis=-1, keepdims=True)
+    across, plane_y = np.cross(normal, fibre), np.cross(normal, plane_x)
+    angle = np.arctan2((across * plane_y).sum(-1), (across * plane_x).sum(-1))
+    for found, wanted in ((x, np.cos(2 * angle)), (y, np.sin(2 * angle))):
+        wanted = wanted * LOBES.stretch[yarn]
+        np.testing.assert_allclose(found[solid], wanted[solid], atol=0.008)
+        np.testing.assert_allclose(found[~solid], 0, atol=0.005)
+    np.testing.assert_allclose(zero, 0, atol=0.005)
 
 
 def test_the_top_row_of_every_file_has_the_highest_y(folder):
@@ -102,7 +116,7 @@ def test_the_top_row_of_every_file_has_the_highest_y(folder):
 @pytest.mark.parametrize("texels_in_a_band", [1, 32 * 5, 32 * 48, 10**9])
 def test_bands_of_any_height_give_the_same_bytes(folder, tmp_path, monkeypatch, texels_in_a_band):
     monkeypatch.setattr(textures, "BAND_TEXELS", texels_in_a_band)
-    write_textures(texture_set(), tmp_path, PER_YARN)
+    write_textures(texture_set(), tmp_path, LOBES)
     for name in FILES:
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
 
@@ -110,7 +124,7 @@ def test_bands_of_any_height_give_the_same_bytes(folder, tmp_path, monkeypatch, 
 @pytest.mark.parametrize("jobs", [1, 2, 5])
 def test_any_number_of_jobs_gives_the_same_bytes(folder, tmp_path, monkeypatch, jobs):
     monkeypatch.setattr(textures, "BAND_TEXELS", 32 * 5)
-    write_textures(texture_set(), tmp_path, PER_YARN, jobs=jobs)
+    write_textures(texture_set(), tmp_path, LOBES, jobs=jobs)
     for name in FILES:
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes(), name
 
@@ -121,7 +135,7 @@ def test_a_file_that_cannot_be_written_stops_the_others(tmp_path, monkeypatch):
 
     monkeypatch.setattr(textures.ImageWriter, "write", refuse)
     with pytest.raises(WeaveusdError, match="the disk is full"):
-        write_textures(texture_set(), tmp_path, PER_YARN, jobs=2)
+        write_textures(texture_set(), tmp_path, LOBES, jobs=2)
 
 
 def test_each_row_is_computed_once_from_the_top_down(tmp_path, monkeypatch):
@@ -133,14 +147,14 @@ def test_each_row_is_computed_once_from_the_top_down(tmp_path, monkeypatch):
         return texels(first, last, 32, 48)
 
     shares: list[float] = []
-    write_textures(replace(texture_set(), band=band), tmp_path, PER_YARN, progress=shares.append)
+    write_textures(replace(texture_set(), band=band), tmp_path, LOBES, progress=shares.append)
     assert asked == [(38, 48), (28, 38), (18, 28), (8, 18), (0, 8)]
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
 
 
 def test_the_mean_opacity_comes_back(tmp_path):
-    mean = write_textures(texture_set(), tmp_path, PER_YARN)
+    mean = write_textures(texture_set(), tmp_path, LOBES)
     assert mean == pytest.approx(float(texture_set().whole()["opacity"].mean()), abs=1e-7)
 
 
@@ -181,4 +195,4 @@ def test_a_broken_band_is_a_slip(tmp_path, channel, value, message):
         return rows
 
     with pytest.raises(ValueError, match=message):
-        write_textures(replace(texture_set(), band=band), tmp_path, PER_YARN)
+        write_textures(replace(texture_set(), band=band), tmp_path, LOBES)

@@ -23,6 +23,7 @@ from weaveusd.export.files import CLOTH_ITSELF, LookFiles
 from weaveusd.export.glslfx import glslfx_text
 from weaveusd.export.layers import define_prim
 from weaveusd.export.lobe_maps import lobe_maps
+from weaveusd.export.lobes import yarn_lobes
 from weaveusd.export.look import define_look
 from weaveusd.export.materialx import write_materialx
 from weaveusd.export.moments import moment_files, moment_sums, write_moment_maps
@@ -124,7 +125,7 @@ def _check_yarns(material: ClothMaterial) -> None:
             f"{yarns} yarns with {len(material.normalization)} normalizations and "
             f"{len(fits.yarns)} fits, expected 1 to {MAX_YARNS} with one each"
         )
-    for fit in (fits.together, fits.isotropic, *fits.yarns):
+    for fit in (fits.together, fits.isotropic, *fits.yarns, *fits.isotropic_yarns):
         standard_shading(fit)
 
 
@@ -141,16 +142,11 @@ def _write_textures(
     """Write textures, moment and lobe maps into the new `folder`; return the mean opacity."""
     folder.mkdir()
     sums = moment_sums(material)
-    shadings = [standard_shading(fit) for fit in material.fits.yarns]
-    per_yarn = {
-        "roughness": [shading.openpbr_roughness for shading in shadings],
-        "anisotropy": [shading.openpbr_anisotropy for shading in shadings],
-    }
     with lobe_maps(material, folder) as add_lobes:
         cover = write_textures(
             material.textures,
             folder,
-            per_yarn,
+            yarn_lobes(material.fits),
             color_space=material.color_space,
             also=[add_lobes, sums.add],
             jobs=jobs,

@@ -9,7 +9,7 @@ import numpy as np
 
 from weaveusd.cloth import measures
 from weaveusd.cloth.floats import longest_float
-from weaveusd.contract import CHANNELS
+from weaveusd.contract import CHANNELS, LOBE_MAPS, lobe_file
 from weaveusd.export.files import CLOTH_ITSELF
 from weaveusd.export.moments import moment_files
 from weaveusd.export.names import instance_names
@@ -62,7 +62,11 @@ def cloth_values(
         "cover": tidy(cover),
         "colorSpace": material.color_space,
         "textures": tuple(
-            files.anchored(file) for channel in CHANNELS.values() for file in channel.files
+            files.anchored(file)
+            for file in (
+                *(file for channel in CHANNELS.values() for file in channel.files),
+                *map(lobe_file, LOBE_MAPS),
+            )
         ),
         "textureWidth": textures.width,
         "textureHeight": textures.height,

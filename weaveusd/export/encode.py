@@ -53,7 +53,8 @@ def encode(
         if labels.min() < 0 or labels.max() > 255:
             raise ValueError(f"{channel.name}: {labels.min():g}…{labels.max():g} leaves 8 bits")
         return np.asarray(labels, dtype=np.uint8)
-    share = np.clip(np.asarray(values, dtype=np.float64), 0, 1)
+    share = (np.asarray(values, dtype=np.float64) - channel.low) / (1 - channel.low)
+    share = np.clip(share, 0, 1)
     return np.asarray(np.rint(share * 255), dtype=np.uint8)
 
 

@@ -13,6 +13,7 @@ from weaveusd.export.attributes import tidy
 from weaveusd.export.exact_distance import connect_moments
 from weaveusd.export.files import CLOTH_ITSELF
 from weaveusd.export.mtlx_nodes import (
+    add_direction,
     add_image,
     add_maps,
     add_material,
@@ -50,6 +51,7 @@ def write_exact(material: ClothMaterial, folder: Path, files: LookFiles = CLOTH_
     mx.prependXInclude(document, f"{MATERIALX_NODE_DIR}/{CLOTH_SHADER_ID}.mtlx")
     graph = document.addNodeGraph(f"{material.name}_textures")
     maps = add_maps(graph, material.weave.repeat_mm, files)
+    fibre = add_direction(graph, "fibre", files.texture("tangent.png"), maps.repeats)
     texels = (material.textures.width, material.textures.height)
     nearest = _add_texel_centers(graph, maps.repeats, texels)
     ids = add_image(graph, "yarn_id_map", files.texture("yarn_id.png"), "float", nearest)
@@ -59,7 +61,7 @@ def write_exact(material: ClothMaterial, folder: Path, files: LookFiles = CLOTH_
     for node, name, source in (
         (cloth, "base_color", maps.color),
         (cloth, "normal", maps.normal),
-        (cloth, "tangent", maps.fibre),
+        (cloth, "tangent", fibre),
         (surface, "opacity", maps.opacity),
     ):
         add_output(graph, f"{name}_out", source)

@@ -19,8 +19,7 @@ import numpy as np
 from weaveusd.contract import LOBE_MAPS, lobe_file
 from weaveusd.export.images import density
 from weaveusd.export.lobe_texels import MOMENTS, fill_lobes, fill_moments, halve_rows
-from weaveusd.export.lobes import towards, yarn_alphas
-from weaveusd.export.standard import standard_shading
+from weaveusd.export.lobes import towards, yarn_lobes
 from weaveusd.export.tiled import TILE, TiledWriter, level_sizes
 
 if TYPE_CHECKING:
@@ -35,6 +34,8 @@ if TYPE_CHECKING:
 @contextmanager
 def lobe_maps(material: ClothMaterial, folder: Path) -> Iterator[Callable[[Band], None]]:
     """Give what takes the bands of `material`, the top one first, and makes its maps in `folder`.
+
+    Bands are those that `write_textures` hands on: with the channels of the yarns' fits.
 
     Levels are halves of the one above, rounded down; a texel is the mean of what it covers,
     weighed by opacity. While bands come, the moments of all coarser levels, a third as many texels
@@ -74,25 +75,19 @@ class _Maps:
         self, fits: StandardFits, writers: Mapping[str, TiledWriter], levels: Sequence[_Level]
     ) -> None:
         self._fits, self._writers, self._levels = fits, writers, levels
-        self._alphas = yarn_alphas(fits)
-        wide = [standard_shading(fit).openpbr_roughness for fit in fits.yarns]
-        even = [standard_shading(fit).preview_roughness for fit in fits.isotropic_yarns]
-        self._of_yarns = {
-            "roughness": np.array(wide, np.float32),
-            "preview_roughness": np.array(even, np.float32),
-        }
+        self._lobes = yarn_lobes(fits)
 
     def add(self, band: Band) -> None:
         """Write a band of the finest level, below those written, and add it to all others."""
         rows, width = band["opacity"].shape[:2]
-        normal, fibre = (_texels(band[name], 3) for name in ("normal", "tangent"))
-        opacity, yarn = (_texels(band[name], 1)[:, 0] for name in ("opacity", "yarn_id"))
-        rotation = np.empty((rows * width, 2), np.float32)
+        normal, rotation = (_texels(band[name]) for name in ("normal", "rotation"))
+        opacity, yarn = (_texels(band[name])[:, 0] for name in ("opacity", "yarn_id"))
+        lobes = self._lobes
         moments = np.empty((rows * width, len(MOMENTS)), np.float32)
-        fill_moments(normal, fibre, opacity, yarn, self._alphas, rotation, moments)
-        loose, index = opacity < 1, yarn.astype(np.intp)
-        made = {n: np.where(loose, np.float32(1), of[index]) for n, of in self._of_yarns.items()}
-        self._write(made | {"rotation": rotation}, rows, width)
+        fill_moments(normal, opacity, yarn, rotation, lobes.mean, lobes.even, moments)
+        even = np.where(opacity < 1, np.float32(1), lobes.preview_roughness[yarn.astype(np.intp)])
+        made = {"roughness": band["roughness"], "rotation": rotation[:, :2]}
+        self._write(made | {"preview_roughness": even}, rows, width)
         level_rows = moments.reshape(rows, width, -1)
         for level in self._levels:
             level_rows = level.add(level_rows)
@@ -149,5 +144,5 @@ class _Level:
             yield np.frombuffer(data, np.float32).reshape(-1, self._width, len(MOMENTS))
 
 
-def _texels(rows: Floats, components: int) -> Floats:
-    return np.ascontiguousarray(rows.reshape(-1, components))
+def _texels(rows: Floats) -> Floats:
+    return np.ascontiguousarray(rows.reshape(-1, rows.shape[-1]))

@@ -19,54 +19,52 @@ CLEAR = np.float32(2.0**-20)
 """Weight of a texel that is not opaque: nothing beside one that is."""
 
 STEPS = np.float32(512)
-"""Levels in which the first level's rotation is counted: fewer digits are fewer bytes."""
+"""Levels in which the rotation of a texel is counted: fewer digits are fewer bytes."""
 
 ROUND = np.float32(2.0**-10)
-"""Length of the rotation of a lobe without direction: that of zero would have no angle."""
+"""Length of the rotation of a lobe without direction: one of zero would have no angle."""
 
 
 @compiled
-def fill_moments(  # type: ignore[no-untyped-def] # numba compiles it for the types it is given
-    normal, fibre, opacity, yarn_id, alphas, rotation, moments
-):
-    """Fill in the rotation (texels, 2) and the moments (texels, MOMENTS) of texels.
+def fill_rotation(normal, fibre, opacity, yarn_id, stretch, rotation):  # type: ignore[no-untyped-def] # numba compiles it for the types it is given
+    """Fill in (cos 2φ, sin 2φ, 0) p of texels, (texels, 3).
 
-    `normal` and `fibre` (texels, 3), `opacity` and `yarn_id` (texels,) are float32. `alphas`
-    (yarns, 3) float32 are each yarn's roughnesses across the fibre, along it, and of the lobe
-    that knows no direction. Texels that are not opaque are loose hairs: round, α = 1.
-
-    The angle is measured about the normal, from X laid into the plane of the surface.
+    `normal` and `fibre` (texels, 3), `opacity` and `yarn_id` (texels,) are float32; `stretch`
+    (yarns,) is p of each yarn. The angle is measured about the normal, from X laid into the plane
+    of the surface. Texels that are not opaque are loose hairs and have no direction.
     """
-    half, one = np.float32(0.5), np.float32(1)
+    one, two = np.float32(1), np.float32(2)
     for k in range(len(opacity)):
-        n_x, n_y, n_z = normal[k, 0], normal[k, 1], normal[k, 2]
-        t_x, t_y, t_z = fibre[k, 0], fibre[k, 1], fibre[k, 2]
+        p = stretch[int(yarn_id[k])] if opacity[k] == one else np.float32(0)
+        # Across the fibre is n × t: by its components along X and beside it, in that plane.
+        along = normal[k, 1] * fibre[k, 2] - normal[k, 2] * fibre[k, 1]
+        beside = fibre[k, 0]
+        square = along * along + beside * beside
+        rotation[k, 0], rotation[k, 1], rotation[k, 2] = ROUND, 0.0, 0.0
+        if p > ROUND and square > np.float32(0):
+            scale = p / square * STEPS
+            rotation[k, 0] = np.rint((along * along - beside * beside) * scale) / STEPS
+            rotation[k, 1] = np.rint(two * along * beside * scale) / STEPS
+
+
+@compiled
+def fill_moments(normal, opacity, yarn_id, rotation, mean, even, moments):  # type: ignore[no-untyped-def]
+    """Fill in the moments (texels, MOMENTS) of texels, which `fill_rotation` has seen.
+
+    `mean` (yarns,) is (α_t + α_b) / 2 of each yarn, `even` α of its lobe without direction.
+    """
+    one = np.float32(1)
+    for k in range(len(opacity)):
+        n_x, n_y = normal[k, 0], normal[k, 1]
         weight = max(opacity[k], CLEAR)
-        if opacity[k] < one:
-            mean = even = one
-            turn_x = turn_y = np.float32(0)
-            rotation[k, 0], rotation[k, 1] = ROUND, np.float32(0)
-        else:
+        alpha = round_ = one
+        if opacity[k] == one:
             yarn = int(yarn_id[k])
-            mean = half * (alphas[yarn, 0] + alphas[yarn, 1])
-            turn = half * (alphas[yarn, 0] - alphas[yarn, 1])
-            even = alphas[yarn, 2]
-            # Across the fibre, a = n × t, by its components along X in the plane and beside it.
-            a_x = n_y * t_z - n_z * t_y
-            beside = t_x
-            square = a_x * a_x + beside * beside
-            cos = (a_x * a_x - beside * beside) / square if square > 0 else one
-            sin = np.float32(2) * a_x * beside / square if square > 0 else np.float32(0)
-            turn_x, turn_y = turn * cos, turn * sin
-            if turn > 0:
-                rotation[k, 0] = np.rint(turn_x / mean * STEPS) / STEPS
-                rotation[k, 1] = np.rint(turn_y / mean * STEPS) / STEPS
-            else:
-                rotation[k, 0], rotation[k, 1] = ROUND, np.float32(0)
-        moments[k, 0] = weight * mean
-        moments[k, 1] = weight * turn_x
-        moments[k, 2] = weight * turn_y
-        moments[k, 3] = weight * even
+            alpha, round_ = mean[yarn], even[yarn]
+        moments[k, 0] = weight * alpha
+        moments[k, 1] = weight * alpha * rotation[k, 0]
+        moments[k, 2] = weight * alpha * rotation[k, 1]
+        moments[k, 3] = weight * round_
         moments[k, 4] = weight * n_x
         moments[k, 5] = weight * n_y
         moments[k, 6] = weight * (n_x * n_x + n_y * n_y)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from weaveusd.export.lobe_texels import EVEN, MEAN, TILT_X, TILT_Y, TILTS, TURN_X, TURN_Y, WEIGHT
+from weaveusd.export.standard import standard_shading
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -36,11 +37,34 @@ class Matrix(NamedTuple):
         return self.xx * self.yy - self.xy**2
 
 
-def yarn_alphas(fits: StandardFits) -> Floats:
-    """Return α across and along each yarn's fibre, and of its round lobe, (yarns, 3)."""
-    pairs = zip(fits.yarns, fits.isotropic_yarns, strict=True)
-    rows = [(fit.alpha_across, fit.alpha_along, even.alpha_across) for fit, even in pairs]
-    return np.array(rows, np.float32)
+class YarnLobes(NamedTuple):
+    """What the lobe maps say of each yarn, (yarns,) each."""
+
+    roughness: Floats  # of OpenPBR
+    mean: Floats  # (α_t + α_b) / 2
+    stretch: Floats  # (α_t − α_b) / (α_t + α_b)
+    even: Floats  # α of the lobe that knows no direction
+    preview_roughness: Floats  # of that lobe
+
+
+def yarn_lobes(fits: StandardFits) -> YarnLobes:
+    """Return the lobes of each yarn in `fits`.
+
+    Raises
+    ------
+    ValueError
+        A fit is out of range.
+    """
+    rows = []
+    for fit, even in zip(fits.yarns, fits.isotropic_yarns, strict=True):
+        total = fit.alpha_across + fit.alpha_along
+        stretch = (fit.alpha_across - fit.alpha_along) / total
+        shading, round_ = standard_shading(fit), standard_shading(even)
+        rows.append(
+            (shading.openpbr_roughness, total / 2, stretch, even.alpha_across,
+             round_.preview_roughness)
+        )  # fmt: skip
+    return YarnLobes(*np.array(rows, np.float32).T.copy())
 
 
 def towards(top: Floats, fits: StandardFits) -> Floats:

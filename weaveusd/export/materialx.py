@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import MaterialX as mx  # noqa: N813
 
 from weaveusd.export.files import CLOTH_ITSELF
+from weaveusd.export.lobe_nodes import ACROSS, ANISOTROPY
 from weaveusd.export.mtlx_nodes import (
-    add_across,
     add_image,
     add_maps,
     add_material,
+    add_nodes,
     add_output,
     connect_output,
     new_document,
@@ -30,7 +31,8 @@ def write_materialx(material: ClothMaterial, path: Path, files: LookFiles = CLOT
     """Write `material` as a MaterialX document beside the texture folder.
 
     The document holds an OpenPBR material named as the cloth, and the same as standard_surface
-    under ``<name>_standard_surface``. Loaders that know no other nodes read all of it.
+    under ``<name>_standard_surface``. Loaders that know no other nodes read all of it. It reads
+    PNGs: those that have USD read the lobe maps, others make mip maps of their own and many no EXR.
 
     Raises
     ------
@@ -48,12 +50,10 @@ def write_materialx(material: ClothMaterial, path: Path, files: LookFiles = CLOT
 def _add_graph(document: Any, name: str, repeat_mm: tuple[float, float], files: LookFiles) -> Any:
     graph = document.addNodeGraph(name)
     maps = add_maps(graph, repeat_mm, files)
-    scalars = {
-        channel: add_image(
-            graph, f"{channel}_map", files.texture(f"{channel}.png"), "float", maps.repeats
-        )
-        for channel in ("roughness", "anisotropy")
-    }
+    roughness = add_image(
+        graph, "roughness_map", files.texture("roughness.png"), "float", maps.repeats
+    )
+    _add_rotation(graph, files.texture("rotation.png"), maps.repeats)
     opacity_color = graph.addNode("combine3", "opacity_color", "color3")
     for channel in ("in1", "in2", "in3"):
         opacity_color.setConnectedNode(channel, maps.opacity)
@@ -61,13 +61,23 @@ def _add_graph(document: Any, name: str, repeat_mm: tuple[float, float], files: 
         ("base_color_out", maps.color),
         ("opacity_out", maps.opacity),
         ("opacity_color_out", opacity_color),
-        ("roughness_out", scalars["roughness"]),
-        ("anisotropy_out", scalars["anisotropy"]),
+        ("roughness_out", roughness),
+        ("anisotropy_out", add_nodes(graph, ANISOTROPY)),
         ("normal_out", maps.normal),
-        ("across_out", add_across(graph, maps)),
+        ("across_out", add_nodes(graph, ACROSS)),
     ):
         add_output(graph, output, node)
     return graph
+
+
+def _add_rotation(graph: Any, file: str, repeats: Any) -> None:
+    """Add the rotation, which a PNG has as numbers from 0 to 1."""
+    node = graph.addNode("remap", "rotation", "vector2")
+    node.addInput("in", "vector2").setConnectedNode(
+        add_image(graph, "rotation_map", file, "vector2", repeats)
+    )
+    set_numbers(node, "outlow", "float", -1.0)
+    set_numbers(node, "outhigh", "float", 1.0)
 
 
 def _add_openpbr(document: Any, graph: Any, name: str, shading: StandardShading) -> None:

@@ -11,7 +11,10 @@ from weaveusd.export.attributes import tidy
 from weaveusd.export.network_openpbr import MATERIALX_VERSION
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from weaveusd.export.files import LookFiles
+    from weaveusd.export.lobe_nodes import Node
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +27,6 @@ class Maps:
     color: Any
     opacity: Any
     normal: Any
-    fibre: Any
     repeats: Any
 
 
@@ -52,22 +54,23 @@ def add_maps(graph: Any, repeat_mm: tuple[float, float], files: LookFiles) -> Ma
     return Maps(
         color,
         add_image(graph, "opacity_map", files.texture("opacity.png"), "float", repeats),
-        _add_direction(graph, "normal", files.texture("normal.png"), repeats),
-        _add_direction(graph, "fibre", files.texture("tangent.png"), repeats),
+        add_direction(graph, "normal", files.texture("normal.png"), repeats),
         repeats,
     )
 
 
-def add_across(graph: Any, maps: Maps) -> Any:
-    """Add the direction across the fibre, the tangent of every standard surface.
-
-    A standard surface stretches its highlight along its tangent, and a fibre's highlight is
-    wide across the fibre: the tangent is the normal times the fibre. See `StandardShading`.
-    """
-    across = graph.addNode("crossproduct", "across", "vector3")
-    across.setConnectedNode("in1", maps.normal)
-    across.setConnectedNode("in2", maps.fibre)
-    return across
+def add_nodes(graph: Any, nodes: Sequence[Node]) -> Any:
+    """Add `nodes` in their order to `graph`, and return the last."""
+    for node in nodes:
+        added = graph.addNode(node.category, node.name, node.output)
+        for key, (kind, value) in node.inputs.items():
+            if kind == "string":
+                added.setInputValue(key, value, kind)
+            elif isinstance(value, str):
+                added.addInput(key, kind).setConnectedNode(graph.getNode(value))
+            else:
+                set_numbers(added, key, kind, value)
+    return added
 
 
 def add_image(graph: Any, name: str, file: str, kind: str, repeats: Any) -> Any:
@@ -104,7 +107,7 @@ def add_material(document: Any, name: str, surface: Any) -> None:
     material.setConnectedNode("surfaceshader", surface)
 
 
-def _add_direction(graph: Any, name: str, file: str, repeats: Any) -> Any:
+def add_direction(graph: Any, name: str, file: str, repeats: Any) -> Any:
     """Add the nodes that turn a direction of the cloth frame into one of the world."""
     encoded = add_image(graph, f"{name}_map", file, "vector3", repeats)
     node = graph.addNode("normalmap", name, "vector3")

@@ -36,8 +36,8 @@ def define_glslfx_network(material: Sdf.PrimSpec, files: LookFiles = CLOTH_ITSEL
 
     inputs = {
         "base_color": ("color3f", texture("BaseColor", "base_color.png", RGB, space="sRGB")),
-        "normal": ("float3", texture("Normal", "normal.png", RGB, scaling=SIGNED)),
-        "fibre": ("float3", texture("Fibre", "tangent.png", RGB, scaling=SIGNED)),
+        "normal": ("float3", texture("Normal", "normal.png", RGB, values=SIGNED)),
+        "fibre": ("float3", texture("Fibre", "tangent.png", RGB, values=SIGNED)),
         "opacity": ("float", texture("Opacity", "opacity.png", RED)),
         "yarn_id": ("float", texture("YarnId", "yarn_id.png", RED)),
         "st": ("float2", st),

@@ -7,19 +7,36 @@ from typing import TYPE_CHECKING
 
 from pxr import Sdf
 
-from weaveusd.contract import MTLX_SURFACES, MTLX_VARIANTS, SHADER_UV_SCALE, SHADER_VARNAME
+from weaveusd.contract import (
+    MTLX_SURFACES,
+    MTLX_VARIANTS,
+    SHADER_UV_SCALE,
+    SHADER_VARNAME,
+    lobe_file,
+)
 from weaveusd.export.attributes import tidy
 from weaveusd.export.files import CLOTH_ITSELF
 from weaveusd.export.layers import connect, define_shader, interface_input
+from weaveusd.export.lobe_nodes import ACROSS, ANISOTROPY
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from weaveusd.export.files import LookFiles
+    from weaveusd.export.lobe_nodes import Node
     from weaveusd.export.standard import StandardShading
 
 MATERIALX_VERSION = "1.39"
 
 _OUT = "out"
-_TYPES = {"vector3": "float3", "color3": "color3f", "float": "float"}
+_TYPES = {
+    "vector2": "float2",
+    "vector3": "float3",
+    "color3": "color3f",
+    "float": "float",
+    "integer": "int",
+    "string": "string",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +46,8 @@ class _Maps:
     color: Sdf.Path
     opacity: Sdf.Path
     normal: Sdf.Path
+    roughness: Sdf.Path
     across: Sdf.Path
-    repeats: Sdf.Path
 
 
 def define_materialx_networks(
@@ -43,7 +60,8 @@ def define_materialx_networks(
 
     Renderers know one output for MaterialX, so a variant set of the material chooses which
     surface it leads to: OpenPBR unless another opinion says otherwise. Both read the same
-    textures. The tangent is the normal times the fibre: see `StandardShading`. Color spaces
+    textures. The tangent lies across the fibre: see `StandardShading`. It comes from the lobe
+    maps, which a renderer may filter, as do roughness and anisotropy of OpenPBR. Color spaces
     carry the names of MaterialX.
 
     Raises
@@ -53,7 +71,7 @@ def define_materialx_networks(
     """
     maps = _define_maps(material, files)
     surfaces = {
-        "openPbr": _define_openpbr(material, openpbr, maps, files),
+        "openPbr": _define_openpbr(material, openpbr, maps),
         "standardSurface": _define_standard_surface(material, standard, maps),
     }
     material.layer.GetAttributeAtPath(
@@ -87,24 +105,16 @@ def _define_maps(material: Sdf.PrimSpec, files: LookFiles) -> _Maps:
     path = files.anchored
     color = _image(material, "MtlxBaseColor", path("base_color.png"), "color3", repeats)
     opacity = _image(material, "MtlxOpacity", path("opacity.png"), "float", repeats)
-    normal = _direction(material, "MtlxNormal", path("normal.png"), repeats)
-    fibre = _direction(material, "MtlxFibre", path("tangent.png"), repeats)
-    across = define_shader(
-        material,
-        "MtlxAcross",
-        "ND_crossproduct_vector3",
-        {"in1": ("float3", normal), "in2": ("float3", fibre)},
-        (_OUT, "float3"),
+    encoded = _image(material, "MtlxNormalMap", path("normal.png"), "vector3", repeats)
+    normal = define_shader(
+        material, "MtlxNormal", "ND_normalmap_float", {"in": ("float3", encoded)}, (_OUT, "float3")
     )
-    return _Maps(color, opacity, normal, across, repeats)
+    roughness = _image(material, "MtlxRoughness", path(lobe_file("roughness")), "float", repeats)
+    _image(material, "MtlxRotation", path(lobe_file("rotation")), "vector2", repeats)
+    return _Maps(color, opacity, normal, roughness, _define_nodes(material, ACROSS))
 
 
-def _define_openpbr(
-    material: Sdf.PrimSpec, shading: StandardShading, maps: _Maps, files: LookFiles
-) -> Sdf.Path:
-    path = files.anchored
-    roughness = _image(material, "MtlxRoughness", path("roughness.png"), "float", maps.repeats)
-    anisotropy = _image(material, "MtlxAnisotropy", path("anisotropy.png"), "float", maps.repeats)
+def _define_openpbr(material: Sdf.PrimSpec, shading: StandardShading, maps: _Maps) -> Sdf.Path:
     return define_shader(
         material,
         MTLX_VARIANTS["openPbr"],
@@ -112,8 +122,8 @@ def _define_openpbr(
         {
             "base_weight": ("float", tidy(shading.base)),
             "base_color": ("color3f", maps.color),
-            "specular_roughness": ("float", roughness),
-            "specular_roughness_anisotropy": ("float", anisotropy),
+            "specular_roughness": ("float", maps.roughness),
+            "specular_roughness_anisotropy": ("float", _define_nodes(material, ANISOTROPY)),
             "specular_ior": ("float", tidy(shading.ior)),
             "geometry_opacity": ("float", maps.opacity),
             "geometry_normal": ("float3", maps.normal),
@@ -166,9 +176,28 @@ def _image(material: Sdf.PrimSpec, name: str, file: str, kind: str, st: Sdf.Path
     )
 
 
-def _direction(material: Sdf.PrimSpec, name: str, file: str, st: Sdf.Path) -> Sdf.Path:
-    """Define the nodes that turn a direction of the cloth frame into one of the world."""
-    encoded = _image(material, f"{name}Map", file, "vector3", st)
-    return define_shader(
-        material, name, "ND_normalmap_float", {"in": ("float3", encoded)}, (_OUT, "float3")
-    )
+def _define_nodes(material: Sdf.PrimSpec, nodes: Sequence[Node]) -> Sdf.Path:
+    """Define `nodes` in their order, and return the output of the last."""
+    for node in nodes:
+        inputs = {
+            key: (_TYPES[kind], _value(material, kind, value))
+            for key, (kind, value) in node.inputs.items()
+        }
+        output = define_shader(
+            material,
+            _prim_name(node.name),
+            f"ND_{node.category}_{node.kind}",
+            inputs,
+            (_OUT, _TYPES[node.output]),
+        )
+    return output
+
+
+def _value(material: Sdf.PrimSpec, kind: str, value: object) -> object:
+    if isinstance(value, str) and kind != "string":
+        return material.path.AppendPath(f"{_prim_name(value)}.outputs:{_OUT}")
+    return value
+
+
+def _prim_name(node: str) -> str:
+    return "Mtlx" + "".join(word.capitalize() for word in node.split("_"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from weaveusd.contract import lobe_file
 from weaveusd.export.attributes import tidy
 from weaveusd.export.files import CLOTH_ITSELF
 from weaveusd.export.layers import connect, define_shader
@@ -21,9 +22,10 @@ def define_preview_network(
 ) -> None:
     """Define a UsdPreviewSurface on `outputs:surface` of `material`.
 
-    Base color, normal and opacity come from the 8- and 16-bit PNGs. Opacity is coverage: it
-    fades the highlight along with the color, hence opacityMode `presence`. The surface is
-    isotropic, for this shader knows no direction.
+    Base color, normal and opacity come from the 8- and 16-bit PNGs, roughness from the lobe maps.
+    Opacity is coverage: it fades the highlight along with the color, hence opacityMode
+    `presence`. The surface is isotropic, for this shader knows no direction; readers that cannot
+    load an EXR get one roughness for all yarns.
 
     Raises
     ------
@@ -36,12 +38,17 @@ def define_preview_network(
     path = files.anchored
     color = define_texture(
         material, "PreviewBaseColor", path("base_color.png"), repeats, RGB,
-        space="sRGB", scaling=weight,
+        space="sRGB", values=weight,
     )  # fmt: skip
     normal = define_texture(
-        material, "PreviewNormal", path("normal.png"), repeats, RGB, scaling=SIGNED
+        material, "PreviewNormal", path("normal.png"), repeats, RGB, values=SIGNED
     )
     opacity = define_texture(material, "PreviewOpacity", path("opacity.png"), repeats, RED)
+    even = tidy(shading.preview_roughness)
+    roughness = define_texture(
+        material, "PreviewRoughness", path(lobe_file("preview_roughness")), repeats, RED,
+        values={"fallback": ("float4", (even, even, even, 1.0))},
+    )  # fmt: skip
     surface = define_shader(
         material,
         "PreviewSurface",
@@ -51,7 +58,7 @@ def define_preview_network(
             "normal": ("normal3f", normal),
             "opacity": ("float", opacity),
             "opacityMode": ("token", "presence"),
-            "roughness": ("float", tidy(shading.preview_roughness)),
+            "roughness": ("float", roughness),
             "metallic": ("float", 0.0),
             "ior": ("float", tidy(shading.ior)),
             "useSpecularWorkflow": ("int", 0),

@@ -18,9 +18,11 @@ import numpy as np
 from weaveusd.contract import CHANNELS, GAP, Channel, ColorSpace
 from weaveusd.export.encode import encode
 from weaveusd.export.images import ImageWriter, Metadata, density
+from weaveusd.export.lobe_texels import fill_rotation
 from weaveusd.synth.rows import thread_count
 
 if TYPE_CHECKING:
+    from weaveusd.export.lobes import YarnLobes
     from weaveusd.synth.model import Band, Floats32, TextureSet
 
 Progress = Callable[[float], None]
@@ -46,7 +48,7 @@ class _Sink:
 def write_textures(
     textures: TextureSet,
     folder: Path,
-    per_yarn: Mapping[str, Sequence[float]],
+    lobes: YarnLobes,
     *,
     color_space: ColorSpace = "lin_rec709",
     also: Sequence[Callable[[Band], object]] = (),
@@ -55,8 +57,8 @@ def write_textures(
 ) -> float:
     """Write every channel of `textures` into `folder` and return the mean of the opacity.
 
-    `per_yarn` holds the channels that follow from the yarn: a value for each. Loose hairs, where
-    the opacity is neither 0 nor 1, scatter without direction: roughness 1, anisotropy 0. What
+    `lobes` are those of the yarns. Loose hairs, where the opacity is neither 0 nor 1, scatter
+    without direction: roughness 1. What
     else is made of the texels, `also`, is called with the rows of each band, the highest y first.
 
     Each band of rows is computed once and goes to all files, so that memory depends on
@@ -86,7 +88,7 @@ def write_textures(
         pool = stack.enter_context(ThreadPoolExecutor(threads))
         encoding: list[Future[object]] = []
         for first, last in _bands(textures.width, textures.height):
-            rows = _rows(textures, first, last, per_yarn)
+            rows = _rows(textures, first, last, lobes)
             opaque += float(np.sum(rows["opacity"], dtype=np.float64))
             _finish(encoding)
             encoding = [pool.submit(take, rows) for take in also]
@@ -125,9 +127,7 @@ def _open_all(
     ]
 
 
-def _rows(
-    textures: TextureSet, first: int, last: int, per_yarn: Mapping[str, Sequence[float]]
-) -> dict[str, Floats32]:
+def _rows(textures: TextureSet, first: int, last: int, lobes: YarnLobes) -> dict[str, Floats32]:
     """Return rows `first` to `last` - 1 of every channel, the highest y first."""
     band = textures.band(first, last)
     rows = {
@@ -135,7 +135,7 @@ def _rows(
         for name, channel in CHANNELS.items()
         if not channel.per_yarn
     }
-    return rows | _of_yarns(rows, per_yarn)
+    return rows | _of_yarns(rows, lobes)
 
 
 def _finish(tasks: Sequence[Future[object]]) -> None:
@@ -144,22 +144,20 @@ def _finish(tasks: Sequence[Future[object]]) -> None:
         task.result()
 
 
-def _of_yarns(
-    rows: Mapping[str, Floats32], per_yarn: Mapping[str, Sequence[float]]
-) -> dict[str, Floats32]:
-    """Return the channels of `per_yarn` for rows of texels; gaps are as loose hairs."""
-    yarn = rows["yarn_id"].astype(np.intp)
-    count = min(len(values) for values in per_yarn.values())
+def _of_yarns(rows: Mapping[str, Floats32], lobes: YarnLobes) -> dict[str, Floats32]:
+    """Return the channels that follow from the yarns' lobes; gaps are as loose hairs."""
+    opacity, yarn = (rows[n].reshape(-1) for n in ("opacity", "yarn_id"))
+    count = len(lobes.stretch)
     if yarn.min() < GAP or yarn.max() >= count:
         raise ValueError(f"yarn_id: {yarn.min()}…{yarn.max()} leaves the {count} yarns")
-    loose = rows["opacity"] < 1
+    normal, fibre = (np.ascontiguousarray(rows[n].reshape(-1, 3)) for n in ("normal", "tangent"))
+    rotation = np.empty_like(normal)
+    fill_rotation(normal, fibre, opacity, yarn, lobes.stretch, rotation)
+    roughness = np.where(opacity < 1, np.float32(1), lobes.roughness[yarn.astype(np.intp)])
+    shape = rows["opacity"].shape
     return {
-        name: np.where(loose, _LOOSE[name], np.asarray(values, np.float32)[yarn])
-        for name, values in per_yarn.items()
-    }
-
-
-_LOOSE = {"roughness": np.float32(1), "anisotropy": np.float32(0)}
+        "roughness": roughness.reshape(shape), "rotation": rotation.reshape(*shape[:2], 3),
+    }  # fmt: skip
 
 
 _ACESCG: dict[str, Metadata] = {
@@ -193,6 +191,9 @@ def open_texture(
         dtype = "uint16"
         # The filter SUB: as small as libpng's own choice, in two thirds of the time.
         metadata["png:filter"] = 0x10
+    if channel.name == "rotation" and path.suffix == ".png":
+        # No filter: the codes repeat themselves, but no neighbor tells them.
+        metadata["png:filter"] = 0x08
     metadata["oiio:ColorSpace"] = space
     if space == "lin_rec709" and color_space == "acescg":
         metadata |= _ACESCG

@@ -63,11 +63,11 @@ def define_texture(
     output: tuple[str, str],
     *,
     space: str = "raw",
-    scaling: Mapping[str, tuple[str, object]] | None = None,
+    values: Mapping[str, tuple[str, object]] | None = None,
 ) -> Sdf.Path:
     """Define the reader of the anchored path `file`, which repeats, and return its output.
 
-    `scaling` are the inputs `scale` and `bias` where they are not 1 and 0.
+    `values` are the inputs `scale`, `bias` and `fallback` where they are not as the node has them.
     """
     return define_shader(
         material,
@@ -79,7 +79,7 @@ def define_texture(
             "st": ("float2", repeats),
             "wrapS": ("token", "repeat"),
             "wrapT": ("token", "repeat"),
-            **(scaling or {}),
+            **(values or {}),
         },
         output,
     )

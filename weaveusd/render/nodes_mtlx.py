@@ -42,7 +42,9 @@ _OPERATIONS: dict[str, tuple[str, tuple[tuple[str, float], ...]]] = {
     "sqrt": ("sqrt", (("in", 0),)),
     "sin": ("sin", (("in", 0),)),
     "cos": ("cos", (("in", 0),)),
+    "atan2": ("atan2", (("iny", 0), ("inx", 1))),
     "luminance": ("luminance", (("in", 0),)),
+    "magnitude": ("magnitude", (("in", 0),)),
     "normalize": ("normalize", (("in", 0),)),
 }
 

@@ -37,7 +37,10 @@ Stated = dict[tuple[str, str], set[Value]]
     codes=(VALUE,),
 )
 def materialx_values(asset: OpenAsset) -> Iterator[Finding]:
-    """Inputs that the document and the network in the stage both state have the same values."""
+    """Inputs that the document and the network in the stage both state have the same values.
+
+    Of a texture the document may name the PNG, for loaders without EXR, and the stage the EXR.
+    """
     name = asset.file_of_look(MATERIALX_FILE)
     try:
         document = read_document(asset.folder / name)
@@ -106,7 +109,9 @@ def _component(text: str) -> float | str:
     try:
         return float(text)
     except ValueError:
-        return text.lower() if text.lower() in ("true", "false") else text.removeprefix("./")
+        if text.lower() in ("true", "false"):
+            return text.lower()
+        return text.removeprefix("./").removesuffix(".png").removesuffix(".exr")
 
 
 def _listed(values: list[Value]) -> str:
