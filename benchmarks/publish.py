@@ -72,7 +72,7 @@ def publish_timed(resolution: int, root: Path) -> dict[str, Any]:
     from weaveusd.export import asset, images
     from weaveusd.pipeline import publish
     from weaveusd.synth.model import TextureSet
-    from weaveusd.synth.moments import MomentSums
+    from weaveusd.synth.moment_sums import MomentSums
 
     clock = Clock()
     for name in ("__init__", "write", "__exit__"):

@@ -20,7 +20,8 @@ from weaveusd.export.moments import moment_files, pictures, system_maps, write_m
 from weaveusd.export.textures import write_textures
 from weaveusd.synth.kinds import kinds_of
 from weaveusd.synth.model import TextureSet
-from weaveusd.synth.moments import MomentSums, moment_maps
+from weaveusd.synth.moment_sums import MomentSums
+from weaveusd.synth.moments import moment_maps
 from weaveusd.synth.textures import synthesize
 from weaveusd.yarn.recipe import read_preset
 

@@ -13,6 +13,7 @@ from tests.synth.moments_by_numpy import channels, texel_moments
 from tests.weaves import plain, satin, twill, woven
 from weaveusd.synth import moments as m
 from weaveusd.synth.boxes import reduced
+from weaveusd.synth.moment_sums import MomentSums
 from weaveusd.synth.moments import map_size, moment_maps, sections
 from weaveusd.synth.textures import synthesize
 from weaveusd.yarn.recipe import read_preset
@@ -179,7 +180,7 @@ def test_bands_and_jobs_do_not_change_a_bit(monkeypatch):
 def test_sums_take_each_row_once():
     weave = woven(plain())
     textures = synthesize(weave, resolution=16)
-    sums = m.MomentSums(weave, (textures.width, textures.height), width=4, height=4)
+    sums = MomentSums(weave, (textures.width, textures.height), width=4, height=4)
     with pytest.raises(ValueError, match=f"0 rows, expected {textures.height}"):
         sums.maps()
     sums.add(textures.whole())
@@ -191,7 +192,7 @@ def test_a_system_that_never_shows_has_maps_of_nothing():
     weave = woven(twill(), "polyester")
     textures = synthesize(weave, resolution=16)
     bare = {**(texels := textures.whole()), "opacity": np.where(texels["system"] == 1, 0, 1)}
-    sums = m.MomentSums(weave, (textures.width, textures.height), width=4, height=4)
+    sums = MomentSums(weave, (textures.width, textures.height), width=4, height=4)
     sums.add({name: np.asarray(array, np.float32) for name, array in bare.items()})
     warp, weft = sums.maps()
     assert warp.share.any()

@@ -12,12 +12,12 @@ from weaveusd.contract import KINDS, MOMENT_MAPS, SYSTEMS, Channel, moment_file,
 from weaveusd.export.encode import encode
 from weaveusd.export.textures import open_texture
 from weaveusd.synth.kinds import kinds_of
+from weaveusd.synth.moment_sums import MomentSums
 from weaveusd.synth.moments import (
     FALLING,
     FLAT,
     MOMENTS,
     RISING,
-    MomentSums,
     map_size,
     sections,
 )
