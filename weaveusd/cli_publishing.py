@@ -87,7 +87,8 @@ def _describe(done: Publication) -> None:
         say(f"  {finding['status']:<5} {finding['code']}: {finding['message']}")
     for yarn in done.colors_out_of_reach:
         color, reached = (_color(yarn[key]) for key in ("color", "reached"))
-        say(f"  note  {yarn['yarn']} is {color}; its fibres reach {reached} in this weave")
+        name = ": ".join(yarn[key] for key in ("colorway", "yarn") if key in yarn)
+        say(f"  note  {name} is {color}; its fibres reach {reached} in this weave")
 
 
 def _request(draft: Path, settings: dict[str, Any]) -> dict[str, Any]:

@@ -238,6 +238,7 @@ def test_the_command_publishes_colorways_and_says_how_far_each_network_is_off(tm
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert re.search(r"^  networks  mitsuba, openpbr \d+% off, ", done.stdout, re.MULTILINE)
+    assert re.search(r"^  note  dark: weft_2 is .* fibres reach ", done.stdout, re.MULTILINE)
     stage = open_stage(tmp_path / "pair" / "v001" / "pair.usda")
     names = stage.GetDefaultPrim().GetVariantSet(COLORWAYS).GetVariantNames()
     assert names == ["dark", "linen"]
