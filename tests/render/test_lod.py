@@ -41,7 +41,7 @@ TEXELS = 256
 MOMENTS = ("slopes", "along", "across")
 CASES = [("plain", "polyester"), ("twill:2/2", "shot_silk"), ("plain", "linen")]
 GAPS = ("plain", "chiffon")
-GOLD = ("twill:2/2", "linen")
+GOLD = ("twill:2/2", "brocade")
 
 
 class Woven:
@@ -118,10 +118,10 @@ def system_maps(of: MomentMaps, cloth: Weave) -> SystemMaps:
 
 
 def made(notation: str, preset: str) -> Weave:
-    """A preset woven after a notation, or linen of which every other end is of gold."""
-    cloth = weave(make_draft(notation), read_preset(preset))
+    """A preset woven after a notation; a brocade is linen of which every other end is of gold."""
     if preset != GOLD[1]:
-        return cloth
+        return weave(make_draft(notation), read_preset(preset))
+    cloth = weave(make_draft(notation), read_preset("linen"))
     gold = replace(cloth.yarns[0], optics=Optics(1.8, 0.0, 1.0, 0.03, 0.06, 0.0))
     ends = cloth.warp_yarn.copy()
     ends[1::2] = len(cloth.yarns)
@@ -300,7 +300,7 @@ def test_the_blend_from_near_to_far_is_continuous(mi: Any) -> None:
     assert found[-1] == pytest.approx(found[0], rel=0.15)
 
 
-@pytest.mark.parametrize("case", [CASES[0], CASES[1], GAPS])
+@pytest.mark.parametrize("case", [CASES[0], CASES[1], GAPS, GOLD])
 def test_samples_from_afar_follow_their_density(mi: Any, case: Any) -> None:
     from weaveusd.render import probe
 
@@ -309,7 +309,7 @@ def test_samples_from_afar_follow_their_density(mi: Any, case: Any) -> None:
     for angle in angles:
         found = probe.chi_square(bsdf, direction(*angle))
         assert not found.fault
-        assert found.p_value >= probe.least_p_value(len(angles) * 3)
+        assert found.p_value >= probe.least_p_value(len(angles) * 4)
         assert found.density <= 1.005
 
 
