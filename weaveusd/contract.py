@@ -178,7 +178,7 @@ LOBE_MAPS: dict[str, LobeMap] = {
     m.name: m
     for m in (
         LobeMap("roughness", 1, "specular roughness of OpenPBR"),
-        LobeMap("rotation", 2, "(cos 2φ, sin 2φ) p, where the highlight is wide, and how much"),
+        LobeMap("rotation", 3, "(cos 2φ, sin 2φ, 0) p, where the highlight is wide, and how much"),
         LobeMap("preview_roughness", 1, "roughness of UsdPreviewSurface"),
     )
 }  # fmt: skip

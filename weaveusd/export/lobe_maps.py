@@ -86,7 +86,7 @@ class _Maps:
         moments = np.empty((rows * width, len(MOMENTS)), np.float32)
         fill_moments(normal, opacity, yarn, rotation, lobes.mean, lobes.even, moments)
         even = np.where(opacity < 1, np.float32(1), lobes.preview_roughness[yarn.astype(np.intp)])
-        made = {"roughness": band["roughness"], "rotation": rotation[:, :2]}
+        made = {"roughness": band["roughness"], "rotation": rotation}
         self._write(made | {"preview_roughness": even}, rows, width)
         level_rows = moments.reshape(rows, width, -1)
         for level in self._levels:
@@ -100,7 +100,7 @@ class _Maps:
             for moments in level.bands():
                 rows, width = moments.shape[:2]
                 wide, even = np.empty((2, rows * width), np.float32)
-                rotation = np.empty((rows * width, 2), np.float32)
+                rotation = np.zeros((rows * width, 3), np.float32)
                 fill_lobes(moments.reshape(-1, len(MOMENTS)), target, wide, rotation, even)
                 made = {"roughness": wide, "rotation": rotation, "preview_roughness": even}
                 self._write(made, rows, width)

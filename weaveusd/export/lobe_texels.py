@@ -113,14 +113,15 @@ def halve_rows(  # type: ignore[no-untyped-def]
 
 @compiled
 def fill_lobes(moments, towards, roughness, rotation, preview):  # type: ignore[no-untyped-def]
-    """Fill in the maps of texels (texels,) and (texels, 2) from their `moments` (texels, MOMENTS).
+    """Fill in roughness (texels,), rotation (texels, 3) and preview roughness of texels.
 
-    `towards` (6,) float32 says what the whole tile's lobe becomes: the matrix G, xx, xy and yy,
-    and a factor for the round lobe, both to be applied in proportion to the variance of the
-    normals, of which the fifth number is the whole; and the least α.
+    `moments` are (texels, MOMENTS). `towards` (6,) float32 says what the whole tile's lobe becomes:
+    the matrix G, xx, xy and yy; the variance of all its normals; a factor for the lobe without
+    direction; and the least α. G and the factor count by the share of that variance which lies
+    below the texel. `rotation` is zero at first.
     """
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
-    g_x, g_y, g_z, even_factor, whole, least = towards
+    g_x, g_y, g_z, whole, even_factor, least = towards
     for k in range(len(roughness)):
         weight = moments[k, 7]
         mean, d_x, d_y = moments[k, 0] / weight, moments[k, 1] / weight, moments[k, 2] / weight

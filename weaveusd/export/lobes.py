@@ -81,7 +81,7 @@ def towards(top: Floats, fits: StandardFits) -> Floats:
     whole = max(0.0, tilts - tilt_x**2 - tilt_y**2)
     least = min(fit.alpha_along for fit in (*fits.yarns, *fits.isotropic_yarns, fits.afar.openpbr))
     factor = fits.afar.preview.alpha_across / even
-    return np.array([*g, factor, whole, least], np.float32)
+    return np.array([*g, whole, factor, least], np.float32)
 
 
 def fitted(afar: FitsAfar) -> Matrix:
