@@ -104,11 +104,7 @@ def _main(jobs: list[Job]) -> None:
         renderer.setSize(job.size, job.size)
         renderer.render()
         image = renderer.captureImage(_uniform(job.size, 0.0))
-        picture = np.empty((job.size, job.size, 3), np.float32)
-        for y in range(job.size):
-            for x in range(job.size):
-                picture[y, x] = image.getTexelColor(x, y).asTuple()[:3]
-        np.save(job.target, picture)
+        np.save(job.target, _texels(image)[..., :3])
 
 
 def _new_generator(document: Any, folder: Path) -> tuple[Any, Any]:
@@ -133,7 +129,10 @@ def _new_generator(document: Any, folder: Path) -> tuple[Any, Any]:
 
 
 def _new_exr_loader() -> Any:
-    """Return a loader of EXR images by OpenImageIO, which MaterialX's wheels are built without."""
+    """Return a loader of EXR images by OpenImageIO, which MaterialX's wheels are built without.
+
+    Keep it: handlers do not, and find no image once it is gone.
+    """
     import OpenImageIO as oiio  # noqa: N813
     from MaterialX import PyMaterialXRender
 
@@ -154,6 +153,13 @@ def _new_exr_loader() -> Any:
             return image
 
     return Loader()
+
+
+def _texels(image: Any) -> np.ndarray:
+    """Return a copy of an image of floats (height, width, channels)."""
+    shape = image.getHeight(), image.getWidth(), image.getChannelCount()
+    floats = (ctypes.c_float * int(np.prod(shape))).from_address(image.getResourceBuffer())
+    return np.array(floats, np.float32).reshape(shape)
 
 
 def _new_lights(document: Any, sun: Any, context: Any, environment: bool) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,10 +12,16 @@ import MaterialX as mx  # noqa: N813
 import numpy as np
 import pytest
 
+from tests.export.cloths import cloth, plain_weave, yarn
 from tests.export.glsl import Job, render, view
 from tests.weaves import plain, satin, twill, woven
+from weaveusd.contract import EXACT_FILE
+from weaveusd.export.asset import write_asset
+from weaveusd.export.exact import write_exact
 from weaveusd.shading.distance import LEAN, evaluate
+from weaveusd.shading.material import ClothMaterial
 from weaveusd.shading.normalization import normalization
+from weaveusd.shading.shade import shade
 from weaveusd.stage import schema_dir
 from weaveusd.synth.moments import Footprint, moment_maps
 from weaveusd.synth.textures import synthesize
@@ -26,12 +33,15 @@ LIGHTS = [
     np.array(light) / np.linalg.norm(light)
     for light in [(0, 0.1, 1), (0.5, 0.3, 0.8), (-0.9, 0.1, 0.15), (0.1, -0.95, 0.2)]
 ]
-FAR = 1e4
-"""Texels of the moment maps in one unit of st, for a square that shows one unit."""
+FAR, GROWING = "far", "growing"
 
 
-def write(systems: Sequence[Footprint], folder: Path, texels: float = FAR) -> Path:
-    """Write a document with a node that has the moments of `systems`, and its library beside it."""
+def write(systems: Sequence[Footprint], folder: Path, footprint: str = FAR) -> Path:
+    """Write a document with a node that has the moments of `systems`, and its library beside it.
+
+    The footprint is `FAR` above two texels, or `GROWING` from left to right and upwards: the
+    coordinates in texels are then 1.6 SIZE st².
+    """
     folder.mkdir()
     shutil.copytree(schema_dir() / "materialx", folder / "materialx")
     made = mx.createDocument()
@@ -40,18 +50,22 @@ def write(systems: Sequence[Footprint], folder: Path, texels: float = FAR) -> Pa
     st = made.addNode("texcoord", "st", "vector2")
     scaled = made.addNode("multiply", "texels", "vector2")
     scaled.setConnectedNode("in1", st)
-    put(scaled, "in2", "float", [texels])
+    put(scaled, "in2", "float", [1.6 * SIZE if footprint == GROWING else 1e4])
+    if footprint == GROWING:
+        squared = made.addNode("multiply", "squared", "vector2")
+        squared.setConnectedNode("in1", st)
+        squared.setConnectedNode("in2", st)
+        scaled.setConnectedNode("in1", squared)
     node.setConnectedNode("moment_texels", scaled)
-    for footprint in systems:
-        name = "weft" if footprint.weft else "warp"
-        put(node, f"{name}_slopes", "vector4", footprint.moments[:4])
-        put(node, f"{name}_along", "vector4", footprint.moments[4:8])
-        put(node, f"{name}_across", "vector4", footprint.moments[8:])
-        put(node, f"{name}_albedo", "color4", (*footprint.albedo, covered(footprint)))
-        put(node, f"{name}_kinds", "vector4", [*footprint.share, 0, 0, 0][:4])
-        section = footprint.section
-        put(node, f"{name}_section", "vector2", (section.flatness, section.curvature))
-        rows = (list(footprint.kinds) * 4)[:4]
+    for one in systems:
+        name = "weft" if one.weft else "warp"
+        put(node, f"{name}_slopes", "vector4", one.moments[:4])
+        put(node, f"{name}_along", "vector4", one.moments[4:8])
+        put(node, f"{name}_across", "vector4", one.moments[8:])
+        put(node, f"{name}_albedo", "color4", (*one.albedo, covered(one)))
+        put(node, f"{name}_kinds", "vector4", [*one.share, 0, 0, 0][:4])
+        put(node, f"{name}_section", "vector2", (one.section.flatness, one.section.curvature))
+        rows = (list(one.kinds) * 4)[:4]
         fibres = [x for o in rows for x in (o.eta, o.k_d, o.k_s, o.tau)]
         put(node, f"{name}_fibres", "matrix44", fibres)
         lobes = [x for o in rows for x in (o.gamma_s, o.gamma_v, n_v(o), 0)]
@@ -142,3 +156,148 @@ def test_a_tile_from_afar_is_that_of_the_reference(tmp_path):
 )
 def test_every_cloth_from_afar_is_that_of_the_reference(tmp_path, systems):
     check(systems(), LIGHTS, tmp_path)
+
+
+def test_near_is_the_yarn_alone_and_goes_over_into_far_without_a_step(tmp_path):
+    systems = tile(twill(), "linen")
+    documents = {
+        "near": write([], tmp_path / "near", GROWING),
+        "far": write(systems, tmp_path / "far"),
+        "growing": write(systems, tmp_path / "growing", GROWING),
+    }
+    jobs = [
+        Job(str(path), "material", str(tmp_path / f"{name}.npy"), tuple(LIGHTS[1]), EYE, SIZE)
+        for name, path in documents.items()
+    ]
+    near, far, growing = render(jobs, tmp_path)
+    # What coordinates change by between the pixels of a quad.
+    at = (np.arange(SIZE) + 0.5) / SIZE
+    change = np.repeat(np.diff((1.6 * SIZE * at**2).reshape(-1, 2)), 2)
+    footprint = np.maximum(change[:, None], change)
+    farness = np.clip(np.log2(footprint), 0, 1)[..., None]
+    assert {0.0, 1.0} < set(farness.ravel().tolist())
+    np.testing.assert_array_equal(growing[footprint < 1], near[footprint < 1])
+    expected = near * (1 - farness) + far * farness
+    np.testing.assert_allclose(growing, expected, atol=1e-5 * expected.max())
+
+
+def of_two_warps() -> ClothMaterial:
+    """Return a cloth whose ends are of two kinds in turn."""
+    warp, weft = yarn("warp", "warp"), yarn("weft", "weft")
+    shiny = replace(warp, name="shiny", optics=replace(warp.optics, gamma_s=0.05))
+    made = replace(plain_weave(), yarns=(warp, weft, shiny), warp_yarn=np.array([0, 2], np.int32))
+    measured = (*cloth().measured, cloth().measured[0])
+    return replace(cloth(), weave=made, normalization=(1.5, 1.6, 1.7), measured=measured)
+
+
+def test_the_document_hands_the_node_its_maps_and_what_the_kinds_are_like(tmp_path):
+    material = of_two_warps()
+    write_exact(material, tmp_path)
+    document = mx.createDocument()
+    mx.readFromXmlFile(document, str(tmp_path / EXACT_FILE))
+    node = document.getNode("plain_cloth")
+
+    def file(name: str) -> str:
+        image = node.getInput(name).getConnectedNode()
+        assert image.getCategory() == "image"
+        return image.getInput("file").getValueString()
+
+    for system, names in (("warp", "slopes along across albedo kinds"),
+                          ("weft", "slopes along across albedo")):  # fmt: skip
+        for name in names.split():
+            assert file(f"{system}_{name}") == f"textures/{system}_{name}.exr"
+    # Plain weave of one kind each: the weft has no map of kinds.
+    assert node.getInput("weft_kinds") is None
+    lobes = np.array(node.getInput("warp_lobes").getValueString().split(", "), float).reshape(4, 4)
+    np.testing.assert_allclose(lobes[:2], [[0.21, 0.42, 1.5, 0], [0.05, 0.42, 1.7, 0]], rtol=1e-6)
+    texels = node.getInput("moment_texels").getConnectedNode()
+    np.testing.assert_allclose(texels.getInput("in2").getValue().asTuple(), (8, 8))
+
+
+def test_albedo_is_in_the_color_space_of_the_cloth_and_moments_are_data(tmp_path):
+    material = cloth()
+    material = replace(material, weave=replace(material.weave, color_space="acescg"))
+    write_exact(material, tmp_path)
+    document = mx.createDocument()
+    mx.readFromXmlFile(document, str(tmp_path / EXACT_FILE))
+    graph = document.getNodeGraph("plain_textures")
+    assert graph.getNode("weft_albedo_map").getInput("file").getColorSpace() == "acescg"
+    assert graph.getNode("weft_slopes_map").getType() == "vector4"
+
+
+def seen(asset: Path, repeats: float, size: int, name: str, **settings) -> Job:
+    """Return a picture of so many repeats of the cloth, from far above."""
+    width, height = woven(twill(), "polyester").repeat_mm
+    return Job(
+        str(asset / f"{name}.mtlx"), "plain", str(asset / f"{name} {repeats} {size}.npy"),
+        (0.3, 0.2, 0.93), eye=20.0, size=size,
+        st=(repeats * width / 1000, repeats * height / 1000), **settings,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def glossy(tmp_path_factory) -> Path:
+    """Return the asset of a glossy twill: ``exact.mtlx``, and ``yarns.mtlx`` without its maps."""
+    folder = tmp_path_factory.mktemp("asset")
+    weave = woven(twill(), "polyester")
+    textures = synthesize(weave, resolution=128)
+    write_asset(shade("plain", weave, textures, cloth().provenance), folder, also=["exact"], jobs=1)
+    text = (folder / EXACT_FILE).read_text()
+    yarns = re.sub(r'<input name="moment_texels"[^>]*/>', "", text)
+    (folder / "yarns.mtlx").write_text(yarns)
+    return folder
+
+
+def off(picture: np.ndarray, truth: np.ndarray) -> float:
+    """Return the sum of the absolute differences, relative."""
+    return float(np.abs(picture - truth).sum() / truth.sum())
+
+
+@pytest.mark.slow
+def test_a_sheet_far_away_has_the_light_of_its_tile(glossy):
+    tile, far, yarns = render(
+        [
+            seen(glossy, 1, 256, "exact"),
+            seen(glossy, 60, 64, "exact"),
+            seen(glossy, 60, 64, "yarns"),
+        ],
+        glossy,
+    )
+    light = tile.mean((0, 1))
+    np.testing.assert_allclose(far.mean((0, 1)), light, rtol=0.08)
+    assert np.abs(yarns.mean((0, 1)) / light - 1).max() > 0.2
+
+
+def blocks(picture: np.ndarray, count: int) -> np.ndarray:
+    """Return the means of `count`² equal blocks."""
+    size = len(picture) // count
+    return picture.reshape(count, size, count, size, 3).mean((1, 3))
+
+
+@pytest.mark.slow
+def test_pixels_of_a_yarn_or_two_have_the_light_of_their_neighborhood_and_no_moire(glossy):
+    many, far, yarns = render(
+        [
+            seen(glossy, 11, 1024, "yarns"),
+            seen(glossy, 11, 32, "exact"),
+            seen(glossy, 11, 32, "yarns"),
+        ],
+        glossy,
+    )
+    # A yarn and a third lie in a pixel. Moiré is in waves longer than that: over four pixels, what
+    # a trilinear filter blurs more than a box is gone, and moiré is not.
+    truth = blocks(many, 8)
+    assert off(blocks(far, 8), truth) < 0.05
+    assert off(blocks(yarns, 8), truth) > 0.2
+
+
+@pytest.mark.slow
+def test_a_sheet_far_away_under_an_even_sky_has_the_light_of_its_tile(glossy):
+    tile, far = render(
+        [
+            seen(glossy, 1, 256, "exact", environment=True),
+            seen(glossy, 60, 64, "exact", environment=True),
+        ],
+        glossy,
+    )
+    np.testing.assert_allclose(far.mean((0, 1)), tile.mean((0, 1)), atol=0.03)
