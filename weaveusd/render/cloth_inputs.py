@@ -43,7 +43,8 @@ def numbers(
     try:
         return [float(v) for v in stated]
     except (TypeError, ValueError):
-        raise StageError(f"{where(shader, name)}: is {stated}, expected {expected}") from None
+        found = " ".join(str(stated).split())[:80]
+        raise StageError(f"{where(shader, name)}: is {found}, expected {expected}") from None
 
 
 def image(

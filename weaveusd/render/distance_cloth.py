@@ -9,9 +9,9 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from weaveusd.contract import MAX_KINDS
 from weaveusd.render import distance, lobes
-from weaveusd.render.distance_frames import DRAWN, spaced, uniforms
+from weaveusd.render.distance_frames import uniforms
+from weaveusd.render.distance_kinds import Kinds, kind_properties
 from weaveusd.render.distance_levels import COLOR, FALL, FLAT, NUMBERS, RISE, Levels
 from weaveusd.render.exact import (
     Cloth,
@@ -20,7 +20,6 @@ from weaveusd.render.exact import (
     lobes_share,
     sample_record,
 )
-from weaveusd.render.optics import YARN_INPUTS
 from weaveusd.render.packing import OPACITY
 
 if TYPE_CHECKING:
@@ -84,12 +83,8 @@ def with_view(bsdf: dict[str, Any], view: View) -> dict[str, Any]:
 
 def distant_properties(levels: Levels, optics: NDArray[np.float32], view: View) -> dict[str, Any]:
     """Return what `DistantCloth` finds in the plugin's properties, from the optics of all yarns."""
-    kinds = {} if levels.kinds is None else {"kinds": mi.TensorXf(levels.kinds)}
-    yarns = [[*own, *[own[-1]] * (MAX_KINDS - len(own))] for own in levels.yarns]
     return {
-        **kinds,
-        "kind_counts": mi.TensorXf([float(len(own)) for own in levels.yarns]),
-        "kind_optics": mi.TensorXf(optics[:, np.ravel(yarns)]),
+        **kind_properties(levels, optics),
         "cells": mi.TensorXf(levels.numbers),
         "level_sizes": mi.TensorXf([[float(s) for s in levels.rows],
                                     [float(s) for s in levels.columns]]),
@@ -117,15 +112,11 @@ class DistantCloth(Cloth):
         self.table = [mi.Float(column) for column in (starts[:-1], rows, columns)]
         shape = props["yarn_shape"]
         self.shape = [[mi.Float(shape[i].array[k]) for i in range(2)] for k in range(2)]
-        table = props["kind_optics"]
-        self.kind_optics = [mi.Float(table[i].array) for i in range(len(YARN_INPUTS))]
-        self.systems = [[mi.Float(of[MAX_KINDS * k]) for of in self.kind_optics] for k in range(2)]
-        self.kind_counts = [int(n) for n in _listed(props["kind_counts"].array)]
-        self.kinds = mi.Float(props["kinds"].array) if "kinds" in props else None
+        self.kinds = Kinds(props)
         view = _listed(props["view"].array)
         self.eye, self.footprint = mi.Point3f(*view[:3]), [mi.Float(view[3]), mi.Float(view[4])]
         self.fixed = int(view[5])
-        dr.make_opaque(self.table, self.shape, self.systems, self.eye, self.footprint)
+        dr.make_opaque(self.table, self.shape, self.eye, self.footprint)
 
     def level(self, si: Any, chance: Any) -> Any:
         """Return the level to use, a whole number; -1 stands for the texels themselves."""
@@ -149,10 +140,12 @@ class DistantCloth(Cloth):
         if not si.has_uv_partials():
             return by_view
         x, y = (si.dp_du * step.x + si.dp_dv * step.y for step in (si.duv_dx, si.duv_dy))
-        # Sides of the rectangle that the pixel's two steps span: singular values of both.
-        total, skew = dr.squared_norm(x) + dr.squared_norm(y), dr.squared_norm(dr.cross(x, y))
-        long = dr.sqrt(0.5 * (total + dr.safe_sqrt(dr.square(total) - 4 * skew)))
-        return dr.select(total > 0, dr.sqrt(skew) / dr.maximum(long, 1e-30), by_view)
+        # The sides of the footprint are the singular values of the two steps: the sum of their
+        # squares is that of the steps, their product the area.
+        total, area = dr.squared_norm(x) + dr.squared_norm(y), dr.norm(dr.cross(x, y))
+        spread = dr.safe_sqrt(dr.square(total) - dr.square(2 * area))
+        long = dr.sqrt(0.5 * (total + spread))
+        return dr.select(total > 0, area / dr.maximum(long, 1e-30), by_view)
 
     def place(self, si: Any, active: Any) -> tuple[Any, Any, list[Any]]:
         """Return where a level serves, the index of its cell, and uniform numbers."""
@@ -174,21 +167,8 @@ class DistantCloth(Cloth):
         mirrored = dr.dot(si.sh_frame.t, si.dp_dv) < 0
         flip = mi.Vector3f(1, dr.select(mirrored, -1.0, 1.0), 1)
         cell = _row(self.cells, at, far)
-        optics = [self.drawn_optics(k, at, far, chance[6 + k]) for k in range(2)]
+        optics = [self.kinds.drawn(k, at, far, chance[6 + k]) for k in range(2)]
         return distance.strands(cell, optics, self.shape, seen, si.wi, flip, chance)
-
-    def drawn_optics(self, system: int, at: Any, active: Any, chance: Any) -> list[list[Any]]:
-        """Return the optics of each strand of a system: of a kind drawn by the cell's shares."""
-        if self.kind_counts[system] == 1:
-            return [self.systems[system]] * DRAWN
-        reached = dr.gather(mi.Vector4f, self.kinds, at * 2 + system, active)
-        drawn = []
-        for number in range(DRAWN):
-            place, kind = spaced(chance, number), mi.UInt32(MAX_KINDS * system)
-            for k in range(MAX_KINDS - 1):
-                kind += dr.select(place >= reached[k], mi.UInt32(1), 0)
-            drawn.append([dr.gather(mi.Float, of, kind, active) for of in self.kind_optics])
-        return drawn
 
     def opacity(self, si: Any, active: Any) -> Any:
         """Return the share of the interaction that is yarn."""
