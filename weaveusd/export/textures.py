@@ -1,7 +1,7 @@
 """The texture files of a cloth: encoded, flipped and written band by band.
 
 In memory, row 0 lies at y = 0 and rows grow with y; in a file the top row has the highest y.
-Rows are turned over here and nowhere else.
+Rows are turned over here, and those of moment maps in `export.moments`; nowhere else.
 """
 
 from __future__ import annotations
