@@ -223,6 +223,24 @@ def test_a_cloth_in_acescg_has_the_albedo_of_one_in_rec709(mi: Any, tmp_path: Pa
     np.testing.assert_allclose(colors[1], colors[0], atol=0.02)
 
 
+def test_a_picture_of_an_older_asset_is_the_full_one_and_says_so(
+    mi: Any, entry: Path, tmp_path: Path
+) -> None:
+    scene = dress(scene_path("swatch"), entry, tmp_path / "older.usda")
+    stage = open_stage(scene)
+    shader = shader_of(stage)
+    for name in moment_inputs():
+        if shader.GetInput(name):
+            shader.GetInput(name).GetAttr().Set(Sdf.ValueBlock())
+    stage.GetRootLayer().Save()
+    full, auto = (render(scene, width=8, spp=2, lod=lod) for lod in ("full", "auto"))
+    np.testing.assert_array_equal(auto.image, full.image)
+    assert full.losses == ()
+    (loss,) = auto.losses
+    assert loss.as_dict()["kind"] == "approximated"
+    assert "it has no moment maps" in loss.what
+
+
 def test_gold_among_linen_is_as_bright_from_afar_as_near(
     mi: Any, entry: Path, tmp_path: Path
 ) -> None:
