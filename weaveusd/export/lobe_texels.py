@@ -12,8 +12,8 @@ import numpy as np
 
 from weaveusd.synth.compiled import compiled
 
-MOMENTS = ("T", "D_x", "D_y", "α round", "n_x", "n_y", "n_x² + n_y²", "opacity")
-MEAN, TURN_X, TURN_Y, EVEN, TILT_X, TILT_Y, TILTS, WEIGHT = range(len(MOMENTS))
+MOMENTS = ("T", "D_x", "D_y", "T² + D²", "α round", "n_x", "n_y", "n_x² + n_y²", "opacity")
+MEAN, TURN_X, TURN_Y, SQUARES, EVEN, TILT_X, TILT_Y, TILTS, WEIGHT = range(len(MOMENTS))
 
 CLEAR = np.float32(2.0**-20)
 """Weight of a texel that is not opaque: nothing beside one that is."""
@@ -61,14 +61,16 @@ def fill_moments(normal, opacity, yarn_id, rotation, mean, even, moments):  # ty
         if opacity[k] == one:
             yarn = int(yarn_id[k])
             alpha, round_ = mean[yarn], even[yarn]
-        moments[k, 0] = weight * alpha
-        moments[k, 1] = weight * alpha * rotation[k, 0]
-        moments[k, 2] = weight * alpha * rotation[k, 1]
-        moments[k, 3] = weight * round_
-        moments[k, 4] = weight * n_x
-        moments[k, 5] = weight * n_y
-        moments[k, 6] = weight * (n_x * n_x + n_y * n_y)
-        moments[k, 7] = weight
+        d_x, d_y = alpha * rotation[k, 0], alpha * rotation[k, 1]
+        moments[k, MEAN] = weight * alpha
+        moments[k, TURN_X] = weight * d_x
+        moments[k, TURN_Y] = weight * d_y
+        moments[k, SQUARES] = weight * (alpha * alpha + d_x * d_x + d_y * d_y)
+        moments[k, EVEN] = weight * round_
+        moments[k, TILT_X] = weight * n_x
+        moments[k, TILT_Y] = weight * n_y
+        moments[k, TILTS] = weight * (n_x * n_x + n_y * n_y)
+        moments[k, WEIGHT] = weight
 
 
 @compiled
@@ -115,19 +117,24 @@ def halve_rows(  # type: ignore[no-untyped-def]
 def fill_lobes(moments, towards, roughness, rotation, preview):  # type: ignore[no-untyped-def]
     """Fill in roughness (texels,), rotation (texels, 3) and preview roughness of texels.
 
-    `moments` are (texels, MOMENTS). `towards` (6,) float32 says what the whole tile's lobe becomes:
-    the matrix G, xx, xy and yy; the variance of all its normals; a factor for the lobe without
-    direction; and the least α. G and the factor count by the share of that variance which lies
-    below the texel. `rotation` is zero at first.
+    `moments` are (texels, MOMENTS). `towards` (7,) float32 says what the whole tile's lobe becomes:
+    the matrix G, xx, xy and yy; the variances of all its normals and of all its lobes; a factor
+    for the lobe without direction; and the least α. G and the factor count by the shares of both
+    variances that lie below the texel: by their product, as a float of one yarn is no tile.
+    `rotation` is zero at first.
     """
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
-    g_x, g_y, g_z, whole, even_factor, least = towards
+    g_x, g_y, g_z, of_normals, of_lobes, even_factor, least = towards
     for k in range(len(roughness)):
-        weight = moments[k, 7]
-        mean, d_x, d_y = moments[k, 0] / weight, moments[k, 1] / weight, moments[k, 2] / weight
-        n_x, n_y = moments[k, 4] / weight, moments[k, 5] / weight
-        variance = max(zero, moments[k, 6] / weight - n_x * n_x - n_y * n_y)
-        share = min(one, variance / whole) if whole > zero else zero
+        weight = moments[k, WEIGHT]
+        mean = moments[k, MEAN] / weight
+        d_x, d_y = moments[k, TURN_X] / weight, moments[k, TURN_Y] / weight
+        n_x, n_y = moments[k, TILT_X] / weight, moments[k, TILT_Y] / weight
+        tilts = max(zero, moments[k, TILTS] / weight - n_x * n_x - n_y * n_y)
+        share = min(one, tilts / of_normals) if of_normals > zero else zero
+        if of_lobes > zero:
+            lobes = moments[k, SQUARES] / weight - mean * mean - d_x * d_x - d_y * d_y
+            share *= min(one, max(zero, lobes) / of_lobes)
         # G's part, times the lobe, times that part again.
         p, q, r = one + share * (g_x - one), share * g_y, one + share * (g_z - one)
         xx, yy = mean + d_x, mean - d_x
@@ -143,5 +150,5 @@ def fill_lobes(moments, towards, roughness, rotation, preview):  # type: ignore[
             rotation[k, 0], rotation[k, 1] = d_x / turn * length, d_y / turn * length
         else:
             rotation[k, 0], rotation[k, 1] = ROUND, zero
-        even = moments[k, 3] / weight * (one + share * (even_factor - one))
+        even = moments[k, EVEN] / weight * (one + share * (even_factor - one))
         preview[k] = np.sqrt(min(one, max(least, even)))

@@ -13,7 +13,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from weaveusd.export.lobe_texels import EVEN, MEAN, TILT_X, TILT_Y, TILTS, TURN_X, TURN_Y, WEIGHT
+from weaveusd.export.lobe_texels import (
+    EVEN,
+    MEAN,
+    SQUARES,
+    TILT_X,
+    TILT_Y,
+    TILTS,
+    TURN_X,
+    TURN_Y,
+    WEIGHT,
+)
 from weaveusd.export.standard import standard_shading
 
 if TYPE_CHECKING:
@@ -22,6 +32,10 @@ if TYPE_CHECKING:
     from weaveusd.shading.material import FitsAfar, StandardFits
 
     Floats = NDArray[np.float32]
+
+
+ALIKE = 1e-5
+"""Variance of lobes that is none: a difference of floats."""
 
 
 class Matrix(NamedTuple):
@@ -68,7 +82,7 @@ def yarn_lobes(fits: StandardFits) -> YarnLobes:
 
 
 def towards(top: Floats, fits: StandardFits) -> Floats:
-    """Return what `lobe_texels.fill_lobes` needs to reach the fit of the tile, (6,).
+    """Return what `lobe_texels.fill_lobes` needs to reach the fit of the tile, (7,).
 
     `top` are the moments of the whole tile. With A the mean lobe of its texels and F the fitted
     one, G is the symmetric matrix for which ``G A G = F``, the geometric mean of A⁻¹ and F.
@@ -78,10 +92,14 @@ def towards(top: Floats, fits: StandardFits) -> Floats:
     tilt_x, tilt_y, tilts = (float(top[k]) / weight for k in (TILT_X, TILT_Y, TILTS))
     found = Matrix(mean + turn_x, turn_y, mean - turn_x)
     g = geometric_mean(inverse(found), fitted(fits.afar))
-    whole = max(0.0, tilts - tilt_x**2 - tilt_y**2)
+    of_normals = max(0.0, tilts - tilt_x**2 - tilt_y**2)
+    squares = float(top[SQUARES]) / weight
+    of_lobes = squares - mean**2 - turn_x**2 - turn_y**2
     least = min(fit.alpha_along for fit in (*fits.yarns, *fits.isotropic_yarns, fits.afar.openpbr))
     factor = fits.afar.preview.alpha_across / even
-    return np.array([*g, whole, factor, least], np.float32)
+    return np.array(
+        [*g, of_normals, of_lobes if of_lobes > ALIKE else 0.0, factor, least], np.float32
+    )
 
 
 def fitted(afar: FitsAfar) -> Matrix:
