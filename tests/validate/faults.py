@@ -228,6 +228,12 @@ in_text("unknown_color_space", LOOK, 'weave:colorSpace = "lin_rec709"',
 in_text("decoded_ids", LOOK, "@./textures/yarn_id.png@\n",
         '@./textures/yarn_id.png@ (\n                colorSpace = "srgb_texture"\n'
         "            )\n", "color-space-wrong")  # fmt: skip
+in_text("decoded_directions", LOOK, "@./textures/rotation.exr@\n",
+        '@./textures/rotation.exr@ (\n                colorSpace = "srgb_texture"\n'
+        "            )\n", "color-space-wrong")  # fmt: skip
+in_text("decoded_moments", LOOK, "@./textures/warp_albedo.exr@\n",
+        '@./textures/warp_albedo.exr@ (\n                colorSpace = "acescg"\n'
+        "            )\n", "color-space-wrong")  # fmt: skip
 in_text("unknown_node", LOOK, '"ND_multiply_vector2"', '"ND_multiply_vector9"', "usd-error")
 
 # --- The MaterialX document -----------------------------------------------------------------------
@@ -626,6 +632,89 @@ def a_tx_twice_as_bright(folder: Path) -> None:
 @in_files("mip-disagrees")
 def a_tx_of_an_older_map(folder: Path) -> None:
     tx_of(folder, lambda pixels: np.roll(pixels, 5, axis=0), "weft_along.exr")
+
+
+# --- Lobe maps ------------------------------------------------------------------------------------
+
+Levels = Callable[[int, NDArray], NDArray]
+
+
+def in_levels(path: Path, change: Levels) -> None:
+    """Change the texels of each level of the tiled file `path`, whose number is told."""
+    reading = OpenImageIO.ImageInput.open(str(path))
+    levels = []
+    while reading.seek_subimage(0, len(levels)):
+        spec = reading.spec()
+        levels.append((spec, reading.read_image(0, len(levels), 0, spec.nchannels, spec.format)))
+    reading.close()
+    writing = OpenImageIO.ImageOutput.create("openexr")
+    for level, (spec, pixels) in enumerate(levels):
+        assert writing.open(str(path), spec, "AppendMIPLevel" if level else "Create")
+        assert writing.write_image(np.ascontiguousarray(change(level, pixels)))
+    writing.close()
+
+
+@in_files("lobes-broken")
+def a_lobe_map_without_tiles(folder: Path) -> None:
+    rewrite(folder / "textures" / "preview_roughness.exr", np.asarray)
+
+
+@in_files("lobes-levels")
+def a_lobe_map_of_one_level(folder: Path) -> None:
+    tx_of(folder, file="preview_roughness.exr", whole=False)
+    textures = folder / "textures"
+    (textures / "preview_roughness.tx").rename(textures / "preview_roughness.exr")
+
+
+@in_files("lobes-disagree")
+def lobes_of_last_week(folder: Path) -> None:
+    path = folder / "textures" / "roughness.exr"
+    in_levels(path, lambda level, pixels: pixels if level else np.roll(pixels, 3, axis=0))
+
+
+@in_files("lobes-disagree")
+def even_lobes_of_last_week(folder: Path) -> None:
+    path = folder / "textures" / "preview_roughness.exr"
+    in_levels(path, lambda level, pixels: np.roll(pixels, 3, axis=0))
+
+
+@in_files("lobes-mixed", "lobes-disagree")
+def a_texel_of_another_lobe(folder: Path) -> None:
+    def change(pixels: NDArray) -> None:
+        pixels[8, 8] //= 2
+
+    rewrite(folder / "textures" / "roughness.png", change)
+
+
+@in_files("lobes-mixed")
+def a_lobe_in_the_gaps(folder: Path) -> None:
+    textures = folder / "textures"
+    opacity = OpenImageIO.ImageBuf(str(textures / "opacity.png")).get_pixels("uint8")
+    rewrite(textures / "roughness.png", lambda p: np.where(opacity == 0, 204, p).astype(p.dtype))
+
+    def change(level: int, pixels: NDArray) -> NDArray:
+        return pixels if level else np.where(opacity == 0, 0.8, pixels).astype(pixels.dtype)
+
+    in_levels(textures / "roughness.exr", change)
+
+
+@in_files("lobes-turned")
+def highlights_along_the_fibres(folder: Path) -> None:
+    textures = folder / "textures"
+    rewrite(textures / "rotation.png", lambda pixels: 255 - pixels)
+    in_levels(textures / "rotation.exr", lambda level, pixels: -pixels)
+
+
+@in_files("lobes-range")
+def lobes_rougher_than_rough_from_afar(folder: Path) -> None:
+    path = folder / "textures" / "preview_roughness.exr"
+    in_levels(path, lambda level, pixels: pixels * np.float16(1 + (level > 0)))
+
+
+@in_files("lobes-narrow")
+def razors_from_afar(folder: Path) -> None:
+    path = folder / "textures" / "roughness.exr"
+    in_levels(path, lambda level, pixels: pixels * np.float16(0.4 if level else 1))
 
 
 # --- Optics --------------------------------------------------------------------------------------

@@ -117,15 +117,32 @@ until = 2027-02-01                      # the last day; left out: for ever
 ## Reports
 
 `--report DIR` writes `report.html`, `report.json` and `report.xml`, JUnit's form. The page has
-verdict, findings, renders, every channel, draft, lobes, yarns, the losses that the asset states,
-provenance and hashes. It loads nothing, runs no script and prints. A skip is shown as one and never
-counted as a pass. `make report` makes those of three cloths.
+verdict, findings, renders, every channel and moment map, draft, lobes, yarns, the losses that the
+asset states, provenance and hashes. It loads nothing, runs no script and prints. A skip is shown as
+one and never counted as a pass. `make report` makes those of three cloths.
 
 ![Verdict, findings, renders, networks beside the exact cloth, channels](figures/report.png)
 
 The swatch of `render/swatch` lies on black under an even white sky, seen at 8° to its normal from
 four sides. Its mean color is predicted from what is stated: each yarn counts by its share of the
 opacity, with `colorReached` and what its surface lobe mirrors, over frames of its texels.
+
+## From afar
+
+Moment maps ([distance.md](distance.md)) are judged by laws that every mean of yarn keeps, such as
+that no square is smaller than that of its mean, and then by the textures: every texel of those is
+taken off the maps again, and what is left may be 2⁻⁸ at most, which is rounding. Texels whose class
+rounded frames leave open, such as those next to straight, are left open. `render/distance` renders
+the cloth by its maps, in cells of a crossing and in one cell, and compares the mean color with that
+of the yarns.
+
+Of lobe maps the finest level is compared with the textures, in three bands of 64 rows, and with the
+fibres; coarse levels of up to 256 texels a side are looked at as a whole, and never hold a lobe
+along whose narrow axis α is below 0.8 of the narrowest yarn's. How near the fit of a tile comes is
+not judged.
+
+An asset of an older version has neither: `moments-none` and `lobes-none` say so, as skips, and it
+passes. Textures that standard shaders read by yarn are asked for as the asset lists them.
 
 <!-- From here on written by weaveusd.validate.manual. -->
 """

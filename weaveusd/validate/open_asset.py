@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from pxr import Sdf, Usd, UsdShade
@@ -155,6 +155,19 @@ class OpenAsset:
             header.height / picks if picks > 0 else 0.0,
         )
 
+    @cached_property
+    def texture_files(self) -> Mapping[str, contract.Channel]:
+        """The texture files that the asset has to have, and their channels.
+
+        Those for standard shaders follow from the yarns: an asset of an older version, which lists
+        others, needs none that it does not list.
+        """
+        listed = self.cloth("textures")
+        if listed is None:
+            return TEXTURE_FILES
+        names = {PurePosixPath(file.path).name for file in listed}
+        return {f: c for f, c in TEXTURE_FILES.items() if not c.per_yarn or f in names}
+
     def lacks(self, need: Need) -> str | None:
         """Return why `need` is not there, or None when it is."""
         if need == "material":
@@ -174,7 +187,7 @@ class OpenAsset:
 
         Looks see nothing unless `lacks("textures")` will be None.
         """
-        complete = len(self._fitting) == len(TEXTURE_FILES)
+        complete = len(self._fitting) == len(self.texture_files)
         self._swept = sweep(
             self.textures,
             self._fitting,
@@ -194,7 +207,7 @@ class OpenAsset:
     def _fitting(self) -> tuple[str, ...]:
         """The texture files whose headers can be read and are as the contract has them."""
         fitting = []
-        for file in TEXTURE_FILES:
+        for file in self.texture_files:
             with suppress(InputError):
                 if fits(file, self.textures.header(file)):
                     fitting.append(file)
@@ -204,7 +217,7 @@ class OpenAsset:
     def _texture_fault(self) -> str | None:
         """Why the textures cannot be judged together, or None when they can."""
         sizes = set()
-        for file in TEXTURE_FILES:
+        for file in self.texture_files:
             try:
                 header = self.textures.header(file)
             except InputError:

@@ -7,7 +7,7 @@ from pathlib import PurePosixPath
 
 from pxr import Usd, UsdShade
 
-from weaveusd.contract import CLOTH_SHADER_ID, COLOR_SPACES, ColorSpace
+from weaveusd.contract import CLOTH_SHADER_ID, COLOR_SPACES, LOBE_MAPS, ColorSpace, lobe_file
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.moment_maps import MAP_FILES
 from weaveusd.validate.open_asset import TEXTURE_FILES, OpenAsset
@@ -15,6 +15,8 @@ from weaveusd.validate.registry import Code, check
 
 NAME = Code("color-space-name", Status.FAIL, "A node names a color space unknown to MaterialX.")
 WRONG = Code("color-space-wrong", Status.FAIL, "A texture is read in another color space.")
+
+LOBE_FILES = frozenset(map(lobe_file, LOBE_MAPS))
 
 MATERIALX_NAMES = ("srgb_texture", *COLOR_SPACES)
 """Names that MaterialX knows; renderers skip others with a line on stderr, or none."""
@@ -75,6 +77,8 @@ def _space(attribute: Usd.Attribute, encoded: str, linear: str, data: str) -> st
     """Return the color space of the texture that `attribute` names, None for other files."""
     value = attribute.Get()
     name = PurePosixPath(value.path).name if value is not None else ""
+    if name in LOBE_FILES:
+        return data
     if name in MAP_FILES:
         return linear if MAP_FILES[name] == "albedo" else data
     if name not in TEXTURE_FILES:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from pathlib import PurePosixPath
 from typing import Any
 
 import MaterialX
 from pxr import Sdf, Usd, UsdShade
 
-from weaveusd.contract import MATERIALX_FILE
+from weaveusd.contract import LOBE_MAPS, MATERIALX_FILE
 from weaveusd.errors import InputError
 from weaveusd.stage import materialx_library
 from weaveusd.validate.checks.materialx import read_document
@@ -39,7 +40,7 @@ Stated = dict[tuple[str, str], set[Value]]
 def materialx_values(asset: OpenAsset) -> Iterator[Finding]:
     """Inputs that the document and the network in the stage both state have the same values.
 
-    Of a texture the document may name the PNG, for loaders without EXR, and the stage the EXR.
+    Of a lobe map the document may name the PNG, for loaders without EXR, and the stage the EXR.
     """
     name = asset.file_of_look(MATERIALX_FILE)
     try:
@@ -111,7 +112,9 @@ def _component(text: str) -> float | str:
     except ValueError:
         if text.lower() in ("true", "false"):
             return text.lower()
-        return text.removeprefix("./").removesuffix(".png").removesuffix(".exr")
+        name = text.removeprefix("./")
+        path = PurePosixPath(name)
+        return str(path.with_suffix("")) if path.stem in LOBE_MAPS else name
 
 
 def _listed(values: list[Value]) -> str:

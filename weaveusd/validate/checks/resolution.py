@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from weaveusd.contract import TEXTURE_DIR
 from weaveusd.errors import InputError
 from weaveusd.validate.model import Finding, Status
-from weaveusd.validate.open_asset import TEXTURE_FILES, OpenAsset
+from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
 
 SIZE = Code("texture-size", Status.FAIL, "A texture has another size than the material states.")
@@ -22,7 +22,7 @@ SIZE = Code("texture-size", Status.FAIL, "A texture has another size than the ma
 def texture_resolution(asset: OpenAsset) -> Iterator[Finding]:
     """Every texture is as wide and high as the material states."""
     expected = asset.cloth("textureWidth"), asset.cloth("textureHeight")
-    for file in TEXTURE_FILES:
+    for file in asset.texture_files:
         try:
             header = asset.textures.header(file)
         except InputError:

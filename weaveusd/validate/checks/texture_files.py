@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from weaveusd.contract import TEXTURE_DIR
 from weaveusd.errors import InputError
 from weaveusd.validate.model import Finding, Status
-from weaveusd.validate.open_asset import TEXTURE_FILES, OpenAsset, fits, stored_type
+from weaveusd.validate.open_asset import OpenAsset, fits, stored_type
 from weaveusd.validate.registry import Code, check
 
 UNREADABLE = Code(
@@ -25,7 +25,7 @@ FORMAT = Code(
 )
 def texture_files(asset: OpenAsset) -> Iterator[Finding]:
     """Every texture is there, of the right format, and decodes."""
-    for file, channel in TEXTURE_FILES.items():
+    for file, channel in asset.texture_files.items():
         where = f"{TEXTURE_DIR}/{file}"
         try:
             header = asset.textures.header(file)
