@@ -103,9 +103,10 @@ def _request(draft: Path, settings: dict[str, Any]) -> dict[str, Any]:
 
 
 def _network(losses: dict[str, Any]) -> str:
-    """Return the name of a network, and how far it is from the exact one."""
+    """Return the name of a network, and how far its reflectance is from the exact one."""
     errors = [effect["error"] for effect in losses["effects"] if "error" in effect]
-    return " ".join([str(losses["network"]), *(f"{error:.0%} off" for error in errors)])
+    # The first is of the cloth seen near.
+    return " ".join([str(losses["network"]), *(f"{error:.0%} off" for error in errors[:1])])
 
 
 def _color(components: list[float]) -> str:

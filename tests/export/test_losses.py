@@ -49,7 +49,16 @@ def test_only_the_exact_network_carries_everything():
     assert effects(material, "preview")[losses.DIRECTION].fate == "dropped"
     assert effects(material, "openpbr")[losses.DIRECTION].fate == "carried"
     assert effects(material, "openpbr")[losses.OPTICS].fate == "approximated"
+    assert effects(material, "preview")[losses.OPTICS].fate == "approximated"
     assert effects(material, "standard_surface")[losses.OPTICS].fate == "dropped"
+
+
+def test_networks_with_lobe_maps_state_the_error_of_the_tile_as_one_texel():
+    errors = FITS.errors
+    for network, error in [("openpbr", errors.openpbr_afar), ("preview", errors.preview_afar)]:
+        found = effects(cloth(), network)[losses.AFAR]
+        assert (found.fate, found.error) == ("approximated", error)
+    assert effects(cloth(), "standard_surface")[losses.AFAR].fate == "dropped"
 
 
 def test_effects_that_a_cloth_lacks_are_not_listed():
@@ -113,7 +122,7 @@ def test_the_answer_the_manifest_and_the_readme_say_the_same(tmp_path):
     assert json.loads((done.asset.folder / "manifest.json").read_text())["losses"] == stated
     text = (done.asset.folder / "README.md").read_text()
     errors = [e["error"] for n in stated for e in n["effects"] if "error" in e]
-    assert len(errors) == 3
+    assert len(errors) == 5
     for error in errors:
         assert 0 < error < 0.3
         assert f"{error:.1%} off" in text

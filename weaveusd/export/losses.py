@@ -20,6 +20,7 @@ GAPS = "gaps between the yarns"
 DIRECTION = "direction of the highlight, across the fibre"
 REFLECTANCE = "reflectance in every direction"
 OPTICS = "optics of each yarn"
+AFAR = "yarns too small to be seen"
 TRANSMISSION = "light through the fibres"
 GAMUT = "colors outside Rec.709"
 
@@ -76,7 +77,7 @@ def losses_of(material: ClothMaterial, also: Collection[str] = ()) -> tuple[Netw
             "openpbr",
             f"outputs:mtlx:surface, variant openPbr of {MTLX_SURFACES}; material.mtlx",
             "renderers of MaterialX 1.39",
-            _lobe_a_yarn(material, errors.openpbr),
+            _lobe_a_yarn(material, errors.openpbr, _widened(errors.openpbr_afar)),
         ),
         NetworkLosses(
             "standard_surface",
@@ -85,6 +86,7 @@ def losses_of(material: ClothMaterial, also: Collection[str] = ()) -> tuple[Netw
             _standard(
                 material, fits.together, _carried(DIRECTION), _dropped_optics(material),
                 "one anisotropic lobe for all yarns over a diffuse base", errors.standard_surface,
+                Effect(AFAR, "dropped"),
             ),
         ),
         NetworkLosses(
@@ -92,8 +94,10 @@ def losses_of(material: ClothMaterial, also: Collection[str] = ()) -> tuple[Netw
             "outputs:surface",
             "every renderer of USD",
             _standard(
-                material, fits.isotropic, Effect(DIRECTION, "dropped"), _dropped_optics(material),
-                "one lobe without direction over a diffuse base", errors.preview,
+                material, fits.isotropic, Effect(DIRECTION, "dropped"),
+                _one_number_a_yarn(material, "a roughness for each yarn"),
+                "a lobe without direction for each yarn over a diffuse base", errors.preview,
+                _widened(errors.preview_afar),
             ),
         ),
     )  # fmt: skip
@@ -143,6 +147,7 @@ def _on_request(material: ClothMaterial) -> tuple[NetworkLosses, ...]:
             "glslfx", f"outputs:{GLSLFX_CONTEXT}:surface", "Storm and usdview",
             _with(_exact(material), {
                 REFLECTANCE: ("approximated", dome),
+                AFAR: ("dropped", ""),
                 GAPS: ("approximated", "cut out where less than half is covered"),
                 OPTICS: ("approximated", "by a filtered yarn id, wrong between yarns"),
                 GAMUT: ("approximated", "clipped to Rec.709"),
@@ -161,17 +166,29 @@ def _on_request(material: ClothMaterial) -> tuple[NetworkLosses, ...]:
     )  # fmt: skip
 
 
-def _lobe_a_yarn(material: ClothMaterial, error: float | None) -> tuple[Effect, ...]:
+def _lobe_a_yarn(
+    material: ClothMaterial, error: float | None, afar: Effect | None = None
+) -> tuple[Effect, ...]:
     """Return the effects of a shader that has the lobe of every yarn in its textures."""
-    optics = Effect(OPTICS, "approximated", "a roughness and an anisotropy for each yarn")
     return _standard(
         material,
         material.fits.yarns[0],
         _carried(DIRECTION),
-        optics if _several_optics(material) else None,
+        _one_number_a_yarn(material, "a roughness and an anisotropy for each yarn"),
         "an anisotropic lobe for each yarn over a diffuse base",
         error,
+        afar or Effect(AFAR, "dropped"),
     )
+
+
+def _widened(error: float) -> Effect:
+    """Return what the mip levels of the lobe maps make of yarns; `error` is that of the tile."""
+    how = "one lobe for all below a texel, in the mip levels of the files"
+    return Effect(AFAR, "approximated", how, error)
+
+
+def _one_number_a_yarn(material: ClothMaterial, how: str) -> Effect | None:
+    return Effect(OPTICS, "approximated", how) if _several_optics(material) else None
 
 
 def _dropped_optics(material: ClothMaterial) -> Effect | None:
@@ -201,7 +218,7 @@ def _exact(material: ClothMaterial) -> tuple[Effect, ...]:
     if short:
         how = f"darker in {len(short)} of {len(material.weave.yarns)} yarns: weave:colorReached"
         color = Effect(COLOR, "approximated", how)
-    kept = [RELIEF, GAPS, DIRECTION, REFLECTANCE]
+    kept = [RELIEF, GAPS, DIRECTION, REFLECTANCE, AFAR]
     if _several_optics(material):
         kept.append(OPTICS)
     return (color, *map(_carried, (*kept, *_special(material))))
@@ -214,6 +231,7 @@ def _standard(
     optics: Effect | None,
     how: str,
     error: float | None,
+    afar: Effect,
 ) -> tuple[Effect, ...]:
     color = _carried(COLOR)
     if fit.base < 1:
@@ -225,6 +243,7 @@ def _standard(
         _carried(GAPS),
         direction,
         Effect(REFLECTANCE, "approximated", how, error),
+        afar,
     ]
     if optics is not None:
         effects.append(optics)
