@@ -3,23 +3,25 @@
     python benchmarks/distance.py [--windows 4] [--pairs 96]
 
 Footprints lie anywhere on the cloth, from a quarter of a crossing to the tile, square and long.
-The error is Σ |f̂ − f| / Σ f over pairs of directions, f the mean over the footprint's texels.
+The error is Σ |f̂ − f| / Σ f over pairs of directions, f the mean over the footprint's texels;
+radiance is Σ f̂ / Σ f − 1 of all windows of a size.
 
 - naive: one frame, the mean of all normals and tangents, as an ordinary mip map gives;
 - vMF: normals spread by a von Mises–Fisher lobe of the mean normal's length around the mesh's
   tangent, warp and weft apart (more than the literature does: it takes them together);
 - lean, ours: the moments of `weaveusd.synth.moments`, as `weaveusd.shading.distance` shades them;
-- taps: ours, the mean of the footprint's four quarters.
+- lean taps, taps: both as the mean of the footprint's four quarters.
 
-Afterwards the same for two yarns of unlike optics in one system, and for picks twisted S and Z in
-turn. The exit status is 1 when a goal is missed.
+Frames are the strands of a footprint that a pair of directions sees, which is what shading costs; a
+frame of vMF is a normal of a yarn. Afterwards errors for two yarns of unlike optics in one system,
+and for picks twisted S and Z in turn. The exit status is 1 when a goal is missed.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
@@ -33,9 +35,10 @@ from weaveusd.draft.model import Draft
 from weaveusd.draft.resolve import from_drawdown
 from weaveusd.draft.weaves import tiled
 from weaveusd.shading.directions import pairs
-from weaveusd.shading.distance import FULL, LEAN, evaluate, parameters
+from weaveusd.shading.distance import FULL, LEAN, Nodes, evaluate, parameters
 from weaveusd.shading.fibre import dot, facing
 from weaveusd.shading.microcylinder import evaluate as exact
+from weaveusd.shading.strands import strands
 from weaveusd.synth.moments import Footprint, MomentMaps, moment_maps
 from weaveusd.synth.textures import synthesize
 from weaveusd.yarn.model import Optics
@@ -57,6 +60,14 @@ MOST_TEXELS, MOST_OF_TILE = 512, 4096
 LEVELS = ("1", "2", "4", "8 x 1")
 """Footprints that a mip map with a texel a crossing has to serve."""
 
+SHADED = {"lean": (LEAN, False), "ours": (FULL, False),
+          "lean taps": (LEAN, True), "taps": (FULL, True)}  # fmt: skip
+"""Ways to shade moments: nodes, and whether quarters of the footprint are taken."""
+
+WAYS = ("naive", "vMF", *SHADED)
+SPREAD = 64
+"""Normals of each yarn that stand for a von Mises–Fisher lobe."""
+
 TILE_MEAN, TILE_MOST, LEVEL_MOST, OF_NAIVE, RADIANCE = 0.06, 0.08, 0.13, 0.1, 0.03
 
 
@@ -71,18 +82,15 @@ class Cloth:
 
 @dataclass(frozen=True)
 class Seen:
-    """Texels of a footprint (N,) and what each way makes of them (P, 3)."""
+    """A footprint as its texels are (P, 3), what each way makes of them, and of how many frames."""
 
     truth: Values
     found: dict[str, Values]
+    frames: dict[str, float]
 
     def error(self, way: str) -> float:
         """Return Σ |f̂ − f| / Σ f."""
         return float(np.abs(self.found[way] - self.truth).sum() / self.truth.sum())
-
-    def ratio(self, way: str) -> float:
-        """Return Σ f̂ / Σ f."""
-        return float(self.found[way].sum() / self.truth.sum())
 
 
 def main() -> None:
@@ -102,40 +110,59 @@ def main() -> None:
         errors = ((_mean(found, "ours"), _mean(found, "naive")) for found in by_size.values())
         cells = "".join(f"{100 * ours:>8.1f} ({100 * naive:>3.0f})" for ours, naive in errors)
         print(f"{draft + ', ' + material:<24}{cells}")
-    print(f"\n{'mean of all (largest), %':<24}{header}")
-    for way in WAYS:
-        errors = ([_mean(by_size[size], way) for by_size in seen.values()] for size in SIZES)
-        cells = "".join(f"{100 * np.mean(e):>8.1f} ({100 * max(e):>3.0f})" for e in errors)
-        print(f"{way:<24}{cells}")
+    tables = (
+        ("mean error (largest), %", _mean, 1),
+        ("radiance (most off), %", _radiance, 1),
+        ("frames (most)", _frames, 0),
+    )
+    for title, number, digits in tables:
+        print(f"\n{title:<24}{header}")
+        for way in WAYS:
+            cells = (
+                _cell([number(by_size[size], way) for by_size in seen.values()], digits)
+                for size in SIZES
+            )
+            print(f"{way:<24}{''.join(cells)}")
     faults = list(_faults(seen))
     _left_out(wi, wo)
     print("\n".join(faults) if faults else "every goal is met")
     sys.exit(1 if faults else 0)
 
 
+def _cell(numbers: list[float], digits: int) -> str:
+    """Return the mean of the cases, and the one farthest from 0; a share is in %."""
+    scale = 100 if digits else 1
+    far = max(numbers, key=abs)
+    return f"{scale * np.mean(numbers):>7.{digits}f} ({scale * far:>4.{digits}f})"
+
+
 def _faults(seen: dict[tuple[str, str], dict[str, list[Seen]]]) -> list[str]:
-    """Return the goals that are missed, and print how far the others are."""
-    tiles = {case: _mean(by_size["tile"], "ours") for case, by_size in seen.items()}
-    naive = {case: _mean(by_size["tile"], "naive") for case, by_size in seen.items()}
-    shares = {case: tiles[case] / naive[case] for case in tiles if case[1] != MATTE}
-    levels = {
-        (case, size): _mean(found, "ours")
-        for case, by_size in seen.items()
-        for size, found in by_size.items()
-        if size in LEVELS
-    }
-    radiance = {case: abs(by_size["tile"][0].ratio("ours") - 1) for case, by_size in seen.items()}
-    numbers = (
-        ("mean error of the tiles", float(np.mean(list(tiles.values()))), TILE_MEAN),
-        ("largest error of a tile", max(tiles.values()), TILE_MOST),
-        ("largest share of naive, glossy", max(shares.values()), OF_NAIVE),
-        ("largest error of a level", max(levels.values()), LEVEL_MOST),
-        ("largest difference of mean radiance", max(radiance.values()), RADIANCE),
-    )
-    print()
-    for name, value, goal in numbers:
-        print(f"{name:<38}{value:>7.3f}, goal at most {goal}")
-    return [f"missed: {name}" for name, value, goal in numbers if value > goal]
+    """Return the goals that are missed, and print how far each way of `SHADED` is."""
+    tiles = {way: {case: _mean(s["tile"], way) for case, s in seen.items()} for way in WAYS}
+    faults = []
+    print(f"\n{'goals':<46}{'goal':>7}" + "".join(f"{way:>16}" for way in SHADED))
+    for name, goal, number in (
+        ("tile, mean error of the cases", TILE_MEAN,
+         lambda way: float(np.mean(list(tiles[way].values())))),
+        ("tile, largest error", TILE_MOST, lambda way: max(tiles[way].values())),
+        ("tile, largest share of naive, glossy", OF_NAIVE,
+         lambda way: max(tiles[way][c] / tiles["naive"][c] for c in seen if c[1] != MATTE)),
+        ("tile, mean radiance, most off", RADIANCE,
+         lambda way: max(abs(_radiance(s["tile"], way)) for s in seen.values())),
+        *(
+            (f"{size} crossings, largest error", LEVEL_MOST,
+             lambda way, size=size: max(_mean(s[size], way) for s in seen.values()))
+            for size in LEVELS
+        ),
+    ):  # fmt: skip
+        found = {way: number(way) for way in SHADED}
+        print(f"{name:<46}{goal:>7.2f}" + "".join(_judged(x, goal) for x in found.values()))
+        faults += [f"missed by {way}: {name}" for way, x in found.items() if x > goal]
+    return faults
+
+
+def _judged(value: float, goal: float) -> str:
+    return f"{value:>9.3f} {'met' if value <= goal else 'missed':>6}"
 
 
 def _left_out(wi: Values, wo: Values) -> None:
@@ -153,7 +180,7 @@ def _left_out(wi: Values, wo: Values) -> None:
         ways = {"naive": _naive(cloth, texels, wi, wo), "ours": evaluate(wi, wo, each, FULL)}
         ways["with the mean of the optics"] = evaluate(wi, wo, one, FULL)
         ways["with the mean of the twist"] = evaluate(wi, wo, still, FULL)
-        found = Seen(truth, ways)
+        found = Seen(truth, ways, {})
         errors = ", ".join(f"{way} {100 * found.error(way):.1f}" for way in ways)
         print(f"{name}, tile, error in %: {errors}")
 
@@ -247,9 +274,29 @@ def _quarters(
 
 def _seen(cloth: Cloth, quarters: list[Values], wi: Values, wo: Values) -> Seen:
     texels = np.concatenate(quarters)
-    found = {name: way(cloth, texels, wi, wo) for name, way in WAYS.items() if name != "taps"}
-    parts = [len(q) / len(texels) * _ours(cloth, q, wi, wo) for q in quarters if len(q)]
-    return Seen(_truth(cloth, texels, wi, wo), found | {"taps": np.sum(parts, 0)})
+    yarns = np.unique(_at(cloth, texels, "yarn_id"))
+    found = {"naive": _naive(cloth, texels, wi, wo), "vMF": _vmf(cloth, texels, wi, wo)}
+    frames = {"naive": 1.0, "vMF": float(SPREAD * np.count_nonzero(yarns >= 0))}
+    for name, (nodes, taps) in SHADED.items():
+        places = [q for q in quarters if len(q)] if taps else [texels]
+        prints = [[_footprint(maps, place) for maps in cloth.maps] for place in places]
+        values = [evaluate(wi, wo, systems, nodes) for systems in prints]
+        shares = [len(place) / len(texels) for place in places]
+        found[name] = np.einsum("q,qpc->pc", shares, values)
+        frames[name] = sum(_strands(one, wi, wo, nodes) for systems in prints for one in systems)
+    return Seen(_truth(cloth, texels, wi, wo), found, frames)
+
+
+def _strands(footprint: Footprint, wi: Values, wo: Values, nodes: Nodes) -> float:
+    """Return how many strands of a footprint a pair of directions sees on average."""
+    moments = np.asarray(footprint.moments, float)
+    if not moments[:3].any():
+        return 0.0
+    side = np.where(wi[:, 2] * wo[:, 2] < 0, -1.0, 1.0)
+    if footprint.weft:
+        wi, wo = (np.stack([-w[:, 1], w[:, 0], w[:, 2]], -1) for w in (wi, wo))
+    each = strands(wi, wo, side, moments, footprint.section, nodes)
+    return float(sum((strand.weight > 0).mean() for strand in each))
 
 
 def _at(cloth: Cloth, texels: Values, name: str) -> Values:
@@ -304,11 +351,11 @@ def _vmf(cloth: Cloth, texels: Values, wi: Values, wo: Values) -> Values:
         axis = np.array([(0.0, 1.0, 0.0), (1.0, 0.0, 0.0)])[int(system[yarn == index][0])]
         mean = (_at(cloth, own, "normal") * weight).sum(0) / weight.sum()
         color = (_at(cloth, own, "base_color") * weight).sum(0) / weight.sum()
-        normals = _spread(mean, 64)[:, None]
-        share = np.full((64, 1), weight.sum() / (64 * len(texels)))
+        normals = _spread(mean, SPREAD)[:, None]
+        share = np.full((SPREAD, 1), weight.sum() / (SPREAD * len(texels)))
         along = np.broadcast_to(axis, normals.shape)
         total += _sum(wi, wo, normals, along, cloth.made.yarns[index].optics,
-                      np.tile(color, (64, 1)), share)  # fmt: skip
+                      np.tile(color, (SPREAD, 1)), share)  # fmt: skip
     return total
 
 
@@ -336,21 +383,17 @@ def _footprint(maps: MomentMaps, texels: Values) -> Footprint:
     return Footprint(maps.weft, maps.section, moments, albedo, share, maps.kinds)
 
 
-def _ours(cloth: Cloth, texels: Values, wi: Values, wo: Values) -> Values:
-    return evaluate(wi, wo, [_footprint(maps, texels) for maps in cloth.maps], FULL)
-
-
-def _lean(cloth: Cloth, texels: Values, wi: Values, wo: Values) -> Values:
-    return evaluate(wi, wo, [_footprint(maps, texels) for maps in cloth.maps], LEAN)
-
-
-WAYS: dict[str, Callable[[Cloth, Values, Values, Values], Values]] = {
-    "naive": _naive, "vMF": _vmf, "lean": _lean, "ours": _ours, "taps": _ours,
-}  # fmt: skip
-
-
 def _mean(found: list[Seen], way: str) -> float:
     return float(np.mean([one.error(way) for one in found if one.truth.any()]))
+
+
+def _radiance(found: list[Seen], way: str) -> float:
+    total = sum(float(one.truth.sum()) for one in found)
+    return sum(float(one.found[way].sum()) for one in found) / total - 1
+
+
+def _frames(found: list[Seen], way: str) -> float:
+    return float(np.mean([one.frames[way] for one in found]))
 
 
 def _mean_optics(kinds: Sequence[Optics]) -> Optics:

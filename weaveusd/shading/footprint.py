@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -15,7 +16,7 @@ NOTHING = 1e-7
 """Share of a footprint that is none."""
 
 POINT = 1e-6
-"""Least width of a box across the yarn, so that a part of it may be lit."""
+"""Least width of a box, so that a part of it may be lit."""
 
 
 class Box(NamedTuple):
@@ -32,44 +33,63 @@ def coverage(moments: Doubles) -> float:
 
 
 def arcs(moments: Doubles, count: int) -> list[Box]:
-    """Return boxes in S: the straight part, and `count` pieces of what rises and what falls."""
+    """Return boxes in S: the straight part, and `count` of equal share of each slope.
+
+    A slope is one box, or two that adjoin at its median, the first from S = 0, where floats of
+    unlike lengths give a variance that no box can have.
+    """
     boxes = [Box(0.0, 0.0, float(moments[m.FLAT]))]
-    for share, mean, square, low, high in (
-        (m.RISING, m.RISING_S, m.RISING_SS, 0.0, 1.0),
-        (m.FALLING, m.FALLING_S, m.FALLING_SS, -1.0, 0.0),
+    for share, first, second, sign in (
+        (m.RISING, m.RISING_S, m.RISING_SS, 1),
+        (m.FALLING, m.FALLING_S, m.FALLING_SS, -1),
     ):
-        whole = _box(moments[share], moments[mean], moments[square], low, high)
-        step = (whole.high - whole.low) / count
-        boxes += [
-            Box(whole.low + k * step, whole.low + (k + 1) * step, whole.share / count)
-            for k in range(count)
-        ]
+        whole = float(moments[share])
+        if whole > NOTHING:
+            ends = _quantiles(sign * moments[first] / whole, moments[second] / whole, count)
+            pairs = (sorted((sign * a, sign * b)) for a, b in pairwise(ends))
+            boxes += [Box(low, high, whole / count) for low, high in pairs]
     return [box for box in boxes if box.share > NOTHING]
+
+
+def _quantiles(mean: float, square: float, count: int) -> list[float]:
+    """Return the ends (count + 1) of parts of equal share; the half width is √(3 variance)."""
+    mean = max(mean, 0)
+    reach = np.sqrt(3 * max(square - mean * mean, 0))
+    if reach <= mean or count == 1:
+        reach = min(reach, mean)
+        low, middle, high = mean - reach, mean, mean + reach
+    else:
+        middle = max(0.5 * (3 * mean - np.sqrt(6 * square - 7 * mean * mean)), 0)
+        low, high = 0.0, 4 * mean - 2 * middle
+    ends = np.interp(np.linspace(0, 1, count + 1), (0, 0.5, 1), (low, middle, min(high, 1)))
+    return [float(end) for end in ends]
 
 
 def halves(moments: Doubles) -> list[Box]:
     """Return boxes in X, of the half of the yarn where X is positive and of the other.
 
-    Both have the same distribution of |X|, and as much of the yarn as makes the mean of X.
+    The moments tell ∫ X of each half, not its share. One piece of yarn around the middle has shares
+    as the roots of these; of two pieces apart the mean of |X| is taken to be the same. How wide
+    |X| spreads says which of both is nearer. Widths are as the shares, and all moments are kept.
     """
     a = coverage(moments)
-    aside, square, across = (moments[k] / a for k in (m.ASIDE, m.ACROSS_XX, m.ACROSS))
-    box = _box(1.0, aside, square, 0.0, 1.0)
-    middle = 0.5 * (box.low + box.high)
-    reach = max(0.5 * (box.high - box.low), 0.5 * POINT)
-    low, high = middle - reach, middle + reach
-    right = min(max(0.5 * (1 + across / max(aside, 1e-12)), 0), 1)
-    halves = Box(low, high, right), Box(-high, -low, 1 - right)
-    return [half for half in halves if half.share > NOTHING]
+    aside, square, across = (float(moments[k] / a) for k in (m.ASIDE, m.ACROSS_XX, m.ACROSS))
+    right, left = max(0.5 * (aside + across), 0), max(0.5 * (aside - across), 0)
+    apart = min(max(0.5 * (1 + across / max(aside, 1e-12)), 0), 1)
+    around = np.sqrt(right) / max(np.sqrt(right) + np.sqrt(left), 1e-12)
+    spread = min(max(3 * (square / max(aside * aside, 1e-24) - 1), 0), 1)
+    share = min(max(apart + spread * (around - apart), right), max(1 - left, right))
+    parts = [(1, share, right), (-1, 1 - share, left)]
+    parts = [(sign, part, total / part) for sign, part, total in parts if part > NOTHING]
+    rest = max(square - sum(part * mean * mean for _, part, mean in parts), 0)
+    scale = np.sqrt(12 * rest / sum(part**3 for _, part, _ in parts))
+    return [_half(sign, part, mean, scale * part) for sign, part, mean in parts]
 
 
-def _box(share: float, first: float, second: float, low: float, high: float) -> Box:
-    """Return the box of given sums within `low` and `high`; the half width is √(3 variance)."""
-    if share <= NOTHING:
-        return Box(low, low, 0.0)
-    mean = first / share
-    reach = np.sqrt(3 * max(second / share - mean * mean, 0))
-    return Box(float(max(mean - reach, low)), float(min(mean + reach, high)), float(share))
+def _half(sign: int, share: float, mean: float, width: float) -> Box:
+    reach = 0.5 * max(min(width, 2 * mean, 2 * (1 - mean)), POINT)
+    low, high = sorted((sign * (mean - reach), sign * (mean + reach)))
+    return Box(float(low), float(high), float(share))
 
 
 def twist(moments: Doubles) -> tuple[float, float]:
