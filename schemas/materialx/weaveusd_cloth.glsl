@@ -57,7 +57,8 @@ WeaveusdPair weaveusd_pair(vec3 wi, vec3 wo, vec3 n, vec3 t)
     pair.cos_i = length(flat_i);
     pair.cos_o = length(flat_o);
     float both = pair.cos_i * pair.cos_o;
-    pair.theta_h = 0.5 * WEAVEUSD_ATAN(sin_i * pair.cos_o + sin_o * pair.cos_i, both - sin_i * sin_o);
+    pair.theta_h = 0.5 * WEAVEUSD_ATAN(sin_i * pair.cos_o + sin_o * pair.cos_i,
+                                       both - sin_i * sin_o);
     pair.cos_d = sqrt(clamp(0.5 + 0.5 * (both + sin_i * sin_o), 0.0, 1.0));
     float cos_phi = clamp(dot(flat_i, flat_o) / max(both, 1e-12), -1.0, 1.0);
     pair.cos_half = sqrt(0.5 + 0.5 * cos_phi);

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The cloth of weaveusd from afar in GLSL: what the yarns under a footprint send back, from the
-// moments of how they lie. It computes what weaveusd/shading/distance.py does with its nodes LEAN;
-// a test compares them. The optics are those of weaveusd_cloth.glsl, which comes first.
+// moments of how they lie. It computes what weaveusd/shading/distance.py does with its nodes LEAN,
+// where all that follows is explained; a test compares them. The optics are those of
+// weaveusd_cloth.glsl, which comes first.
 //
 // Directions are unit vectors away from the surface, `wi` to the viewer and `wo` to the light. The
 // cloth's frame has x along the weft, y along the warp and z out of the face; a yarn's frame has x
 // across the yarn, y along it and z as the cloth.
 
 #define WEAVEUSD_KINDS 4
-#define WEAVEUSD_ARCS 2 // pieces of what rises, and of what falls
-#define WEAVEUSD_NOTHING 1e-6 // share of a footprint that is none
-#define WEAVEUSD_POINT 1e-4 // least width of a box across the yarn, so that a part of it may be lit
+#define WEAVEUSD_NOTHING 1e-7 // share of a footprint that is none
+#define WEAVEUSD_POINT 1e-4 // least width of a box, so that a part of it may be lit
 #define WEAVEUSD_STEEPEST 0.9998 // sine of the greatest inclination
+#define WEAVEUSD_MOST_WIDER 2.0 // no strand is lit more than this times as well as its middle
 
 // One system of threads: the components of its moment maps, and what its kinds of yarn are like.
 struct WeaveusdSystem
@@ -68,13 +69,38 @@ float weaveusd_farness(vec2 dx, vec2 dy)
     return clamp(0.5 * log2(max(max(dot(dx, dx), dot(dy, dy)), 1e-12)), 0.0, 1.0);
 }
 
-// An even distribution within `low` and `high`, from its share and sums: both ends. The half width
-// is sqrt(3 variance).
-vec2 weaveusd_box(float share, float first, float second, float low, float high)
+// The ends of two parts of equal share of what rises, from the means of S and S^2: one box, or two
+// that adjoin at the median, the first from 0, where the variance is more than a box can have.
+vec3 weaveusd_quantiles(float mean, float square)
 {
-    float mean = first / max(share, 1e-12);
-    float reach = sqrt(3.0 * max(second / max(share, 1e-12) - mean * mean, 0.0));
-    return vec2(max(mean - reach, low), min(mean + reach, high));
+    mean = max(mean, 0.0);
+    float reach = sqrt(3.0 * max(square - mean * mean, 0.0));
+    if (reach <= mean)
+    {
+        return vec3(mean - reach, mean, min(mean + reach, 1.0));
+    }
+    float middle = max(0.5 * (3.0 * mean - sqrt(max(6.0 * square - 7.0 * mean * mean, 0.0))), 0.0);
+    return vec3(0.0, middle, min(4.0 * mean - 2.0 * middle, 1.0));
+}
+
+// The even distributions in X of both halves of the yarn: low and high end of the right half and of
+// the left. `share` becomes their shares. `across` holds the means of |X| and X^2, `mean` that of X.
+vec4 weaveusd_halves(vec2 across, float mean, out vec2 share)
+{
+    float right = max(0.5 * (across.x + mean), 0.0);
+    float left = max(0.5 * (across.x - mean), 0.0);
+    float apart = clamp(0.5 * (1.0 + mean / max(across.x, 1e-12)), 0.0, 1.0);
+    float around = sqrt(right) / max(sqrt(right) + sqrt(left), 1e-12);
+    float spread = clamp(3.0 * (across.y / max(across.x * across.x, 1e-24) - 1.0), 0.0, 1.0);
+    float part = min(max(mix(apart, around, spread), right), max(1.0 - left, right));
+    share = vec2(part, 1.0 - part);
+    vec2 kept = step(vec2(WEAVEUSD_NOTHING), share);
+    vec2 middle = kept * vec2(right, left) / max(share, vec2(WEAVEUSD_NOTHING));
+    float rest = max(across.y - dot(kept * share, middle * middle), 0.0);
+    vec2 width = share * sqrt(12.0 * rest / dot(kept, share * share * share));
+    width = min(width, min(2.0 * middle, 2.0 - 2.0 * middle));
+    vec2 reach = 0.5 * max(width, vec2(WEAVEUSD_POINT));
+    return vec4(middle.x - reach.x, middle.x + reach.x, -middle.y - reach.y, -middle.y + reach.y);
 }
 
 // sin u and cos u at the place (s, x), for u the inclination of the yarn.
@@ -97,28 +123,37 @@ void weaveusd_frame(float s, float x, float sin_psi, vec2 section, out vec3 norm
                  sin_psi * slope.x * bend.y - cos_psi * bend.x);
 }
 
-// The bounds in X between which a yarn inclined by u faces `w`, for its outer (1) or inner face.
-vec2 weaveusd_lit(vec3 w, float face, vec2 bend, vec2 section)
+// A direction that the outer (1) or inner face of a yarn is turned to, of which n.w is proportional
+// to thickness over width * X * aside + cos v * level * cos(u - phi): aside, level and phi.
+vec3 weaveusd_view(vec3 w, float face)
 {
-    float c = face * dot(w.yz, bend);
-    float aside = face * w.x;
-    float border = c / max(length(vec2(c, section.x * aside)), 1e-12);
-    return vec2(aside > 0.0 ? -border : -1.0, aside < 0.0 ? border : 1.0);
+    vec2 ahead = face * w.yz;
+    return vec3(face * w.x, max(length(ahead), 1e-12), WEAVEUSD_ATAN(ahead.x, ahead.y));
 }
 
-// |n.wo|, negative where yarn and cloth disagree on the side of the light, which is `side`.
-float weaveusd_cosine(vec3 wi, vec3 wo, float side, vec3 normal)
+// The bounds in X of yarn inclined by the best of `slopes` that faces the view.
+vec2 weaveusd_lit_across(vec3 view, vec2 slopes, vec2 section)
 {
-    return (dot(normal, wi) < 0.0 ? -side : side) * dot(normal, wo);
+    float c = view.y * cos(clamp(view.z, slopes.x, slopes.y) - view.z);
+    float border = c / max(length(vec2(c, section.x * view.x)), 1e-12);
+    return vec2(view.x > 0.0 ? -border : -1.0, view.x < 0.0 ? border : 1.0);
 }
 
-// The mean of max(c, 0) where c runs evenly from `begin` to `end`.
-float weaveusd_mean_above(float begin, float end)
+// The bounds in S of yarn that faces the view at the place `x` across.
+vec2 weaveusd_lit_along(vec3 view, float x, vec2 section)
 {
-    float low = min(begin, end);
-    float high = max(begin, end);
-    float above = max(high, 0.0);
-    return low >= 0.0 ? 0.5 * (low + high) : above * above / (2.0 * max(high - low, 1e-12));
+    float cos_v = sqrt(max(1.0 - x * x, 1e-12));
+    float c = clamp(-section.x * x * view.x / (cos_v * view.y), -1.0, 1.0);
+    float reach = WEAVEUSD_ATAN(sqrt(1.0 - c * c), c);
+    vec2 u = clamp(view.z + vec2(-reach, reach), -0.5 * WEAVEUSD_PI, 0.5 * WEAVEUSD_PI);
+    return sin(u) * (1.0 + section.y * cos_v) / (1.0 + section.y);
+}
+
+// What lies within `box` and both bounds, one place where nothing does.
+vec2 weaveusd_inside(vec2 box, vec2 one, vec2 other)
+{
+    float low = clamp(max(one.x, other.x), box.x, box.y);
+    return vec2(low, max(clamp(min(one.y, other.y), box.x, box.y), low));
 }
 
 // The mean of a Cauchy lobe where theta_h runs evenly from `begin` to `end`, and the mean place,
@@ -137,27 +172,54 @@ vec2 weaveusd_mean_cauchy(float gamma, float begin, float end)
     return vec2(mass / (WEAVEUSD_PI * width), clamp((mean - begin) / width, 0.0, 1.0));
 }
 
-// What an arc from `s.x` to `s.y` at the place `x` across sends back: by the surface lobe, and by
-// the volume lobe for an albedo of 1. The volume lobe has the frame in the middle of the arc, the
-// surface lobe that at its mean place.
-vec2 weaveusd_strand(vec3 wi, vec3 wo, float side, vec2 s, float x, float sin_psi,
+// One frame of an arc: theta_h of both directions, and |n.wo| where the light is on the side of `n`
+// that `face` tells, or else 0.
+vec2 weaveusd_at(vec3 wi, vec3 wo, float face, vec3 normal, vec3 fibre)
+{
+    return vec2(weaveusd_pair(wi, wo, normal, fibre).theta_h, max(face * dot(normal, wo), 0.0));
+}
+
+// The side of a normal on which light counts: that of the viewer, or the other one where `side` is
+// -1.
+float weaveusd_face(vec3 wi, float side, vec3 normal)
+{
+    return dot(normal, wi) < 0.0 ? -side : side;
+}
+
+// What an arc `s`, which stands for what lies within `x` across, sends back: by the surface lobe,
+// and by the volume lobe for an albedo of 1. The volume lobe has the frame in the middle of the
+// arc, the surface lobe that at its mean place.
+vec2 weaveusd_strand(vec3 wi, vec3 wo, float side, vec2 s, vec2 x, float sin_psi,
                      WeaveusdSystem yarns)
 {
+    vec2 section = yarns.section;
+    float middle_s = 0.5 * (s.x + s.y);
+    float middle_x = 0.5 * (x.x + x.y);
+    float aside = 0.28867513 * (x.y - x.x); // a deviation off the middle
     vec3 normal;
     vec3 fibre;
-    weaveusd_frame(s.x, x, sin_psi, yarns.section, normal, fibre);
-    float begin = weaveusd_pair(wi, wo, normal, fibre).theta_h;
-    float cosine_begin = weaveusd_cosine(wi, wo, side, normal);
-    weaveusd_frame(s.y, x, sin_psi, yarns.section, normal, fibre);
-    float end = weaveusd_pair(wi, wo, normal, fibre).theta_h;
-    float cosine_end = weaveusd_cosine(wi, wo, side, normal);
-    weaveusd_frame(0.5 * (s.x + s.y), x, sin_psi, yarns.section, normal, fibre);
+    weaveusd_frame(middle_s, middle_x - aside, sin_psi, section, normal, fibre);
+    vec2 left = weaveusd_at(wi, wo, weaveusd_face(wi, side, normal), normal, fibre);
+    weaveusd_frame(middle_s, middle_x + aside, sin_psi, section, normal, fibre);
+    vec2 right = weaveusd_at(wi, wo, weaveusd_face(wi, side, normal), normal, fibre);
+    weaveusd_frame(middle_s, middle_x, sin_psi, section, normal, fibre);
     WeaveusdPair pair = weaveusd_pair(wi, wo, normal, fibre);
-    float cosine_middle = weaveusd_cosine(wi, wo, side, normal);
-    float cosine = 0.5 * (weaveusd_mean_above(cosine_begin, cosine_middle)
-                          + weaveusd_mean_above(cosine_middle, cosine_end));
-    float center = 0.5 * (0.5 * (begin + end) + pair.theta_h);
-    float reach = 0.5 * (end - begin);
+    // Both ends may lie where the viewer sees the yarn edge on: they face as the middle does.
+    float face = weaveusd_face(wi, side, normal);
+    float cosine = max(face * dot(normal, wo), 0.0);
+    weaveusd_frame(s.x, middle_x, sin_psi, section, normal, fibre);
+    vec2 begin = weaveusd_at(wi, wo, face, normal, fibre);
+    weaveusd_frame(s.y, middle_x, sin_psi, section, normal, fibre);
+    vec2 end = weaveusd_at(wi, wo, face, normal, fibre);
+    // How much more light the strand's width has than its middle.
+    float wider = min(0.5 * (left.y + right.y) / max(cosine, 1e-9), WEAVEUSD_MOST_WIDER);
+    cosine = wider * (begin.y + 4.0 * cosine + end.y) / 6.0;
+
+    float center = 0.5 * (0.5 * (begin.x + end.x) + pair.theta_h);
+    float reach = 0.5 * (end.x - begin.x);
+    float apart = right.x - left.x;
+    float reached = sqrt(reach * reach + 0.75 * apart * apart);
+    reach = reach < 0.0 ? -reached : reached;
 
     vec2 sent = vec2(0.0);
     for (int k = 0; k < WEAVEUSD_KINDS; ++k)
@@ -175,16 +237,41 @@ vec2 weaveusd_strand(vec3 wi, vec3 wo, float side, vec2 s, float x, float sin_ps
                   * weaveusd_volume(pair, optics.x, optics.y, optics.w, wide, side > 0.0);
         if (side > 0.0)
         {
-            weaveusd_frame(mix(s.x, s.y, narrow.y), x, sin_psi, yarns.section, normal, fibre);
-            sent.x += share * max(weaveusd_cosine(wi, wo, side, normal), 0.0)
-                      * weaveusd_surface(weaveusd_pair(wi, wo, normal, fibre), optics.x, optics.z, narrow.x);
+            weaveusd_frame(mix(s.x, s.y, narrow.y), middle_x, sin_psi, section, normal, fibre);
+            sent.x += share * wider * max(face * dot(normal, wo), 0.0)
+                      * weaveusd_surface(weaveusd_pair(wi, wo, normal, fibre), optics.x, optics.z,
+                                         narrow.x);
         }
     }
     return sent;
 }
 
-// What one system sends back, times its share: by the surface, and by the volume for an albedo of 1.
-// Directions are in the yarn's frame.
+// What an arc and a half of the yarn send back, of which only that part counts which both viewer
+// and light see.
+vec2 weaveusd_patch(vec3 wi, vec3 wo, float side, vec3 to_viewer, vec3 to_light, vec2 arc, vec2 x,
+                    float sin_psi, WeaveusdSystem yarns)
+{
+    vec2 section = yarns.section;
+    arc = 0.5 * (arc.x + arc.y) + 0.5 * vec2(-1.0, 1.0) * max(arc.y - arc.x, WEAVEUSD_POINT);
+    vec2 low = weaveusd_bend(arc.x, 0.5 * (x.x + x.y), section);
+    vec2 high = weaveusd_bend(arc.y, 0.5 * (x.x + x.y), section);
+    vec2 slopes = vec2(WEAVEUSD_ATAN(low.x, low.y), WEAVEUSD_ATAN(high.x, high.y));
+    vec2 across = weaveusd_inside(x, weaveusd_lit_across(to_viewer, slopes, section),
+                                  weaveusd_lit_across(to_light, slopes, section));
+    float middle = 0.5 * (across.x + across.y);
+    vec2 along = weaveusd_inside(arc, weaveusd_lit_along(to_viewer, middle, section),
+                                 weaveusd_lit_along(to_light, middle, section));
+    float lit = (across.y - across.x) * (along.y - along.x);
+    if (lit <= 0.0)
+    {
+        return vec2(0.0);
+    }
+    return lit / ((arc.y - arc.x) * (x.y - x.x))
+           * weaveusd_strand(wi, wo, side, along, across, sin_psi, yarns);
+}
+
+// What one system sends back, times its share: by the surface, and by the volume for an albedo of
+// 1. Directions are in the yarn's frame.
 vec2 weaveusd_system(vec3 wi, vec3 wo, float side, WeaveusdSystem yarns)
 {
     float a = weaveusd_coverage(yarns);
@@ -194,55 +281,40 @@ vec2 weaveusd_system(vec3 wi, vec3 wo, float side, WeaveusdSystem yarns)
     }
     yarns.kinds /= max(dot(yarns.kinds, vec4(1.0)), 1e-12);
     vec4 across = yarns.across / a;
-    vec2 aside = weaveusd_box(1.0, across.x, across.y, 0.0, 1.0);
-    float reach = max(0.5 * (aside.y - aside.x), 0.5 * WEAVEUSD_POINT);
-    aside = 0.5 * (aside.x + aside.y) + vec2(-reach, reach);
-    float right = clamp(0.5 * (1.0 + yarns.slopes.w / max(yarns.across.x, 1e-12)), 0.0, 1.0);
+    vec2 parts;
+    vec4 halves = weaveusd_halves(across.xy, yarns.slopes.w / a, parts);
     float deviation = sqrt(max(across.w - across.z * across.z, 0.0));
-    vec2 rising = weaveusd_box(yarns.slopes.y, yarns.along.x, yarns.along.y, 0.0, 1.0);
-    vec2 falling = weaveusd_box(yarns.slopes.z, yarns.along.z, yarns.along.w, -1.0, 0.0);
+    vec4 along = yarns.along / max(yarns.slopes.yyzz, vec4(1e-12));
+    vec3 rising = weaveusd_quantiles(along.x, along.y);
+    vec3 falling = -weaveusd_quantiles(-along.z, along.w);
     float outside = wi.z < 0.0 ? -1.0 : 1.0;
+    vec3 to_viewer = weaveusd_view(wi, outside);
+    vec3 to_light = weaveusd_view(wo, outside * side);
 
     vec2 sent = vec2(0.0);
-    float psi_sign = 1.0; // two points of mean and variance, each at every other frame
-    for (int arc = 0; arc <= 2 * WEAVEUSD_ARCS; ++arc)
+    float turned = 1.0; // two points of mean and variance, each at every other frame
+    for (int i = 0; i < 5; ++i)
     {
-        bool up = arc <= WEAVEUSD_ARCS;
-        vec2 whole = arc == 0 ? vec2(0.0) : (up ? rising : falling);
-        float share = arc == 0 ? yarns.slopes.x
-                               : (up ? yarns.slopes.y : yarns.slopes.z) / float(WEAVEUSD_ARCS);
+        vec2 arc = i == 0 ? vec2(0.0)
+                          : (i == 1 ? rising.xy
+                                    : (i == 2 ? rising.yz : (i == 3 ? falling.yx : falling.zy)));
+        float share = i == 0 ? yarns.slopes.x : 0.5 * (i < 3 ? yarns.slopes.y : yarns.slopes.z);
         if (share <= WEAVEUSD_NOTHING)
         {
             continue;
         }
-        float piece = arc == 0 ? 0.0 : float(up ? arc - 1 : arc - 1 - WEAVEUSD_ARCS);
-        float step_s = (whole.y - whole.x) / float(WEAVEUSD_ARCS);
-        vec2 s = whole.x + step_s * vec2(piece, piece + 1.0);
-        psi_sign = -psi_sign;
-        for (int half_side = 0; half_side < 2; ++half_side)
+        turned = -turned;
+        float here = turned;
+        for (int j = 0; j < 2; ++j)
         {
-            float part = half_side == 0 ? right : 1.0 - right;
-            if (part <= WEAVEUSD_NOTHING)
+            float part = j == 0 ? parts.x : parts.y;
+            if (part > WEAVEUSD_NOTHING)
             {
-                continue;
-            }
-            vec2 x = half_side == 0 ? aside : -aside.yx;
-            float turned = half_side == 0 ? psi_sign : -psi_sign;
-            float sin_psi = clamp(across.z + deviation * turned, -1.0, 1.0);
-            vec2 bend = weaveusd_bend(0.5 * (s.x + s.y), 0.5 * (x.x + x.y), yarns.section);
-            for (int back = 0; back < 2; ++back)
-            {
-                float face = back == 0 ? outside : -outside;
-                vec2 seen = weaveusd_lit(wi, face, bend, yarns.section);
-                vec2 shone = weaveusd_lit(wo, face * side, bend, yarns.section);
-                float low = max(max(seen.x, shone.x), x.x);
-                float high = min(min(seen.y, shone.y), x.y);
-                if (high > low)
-                {
-                    float weight = (high - low) * share * part / (x.y - x.x);
-                    sent += weight * weaveusd_strand(wi, wo, side, s, 0.5 * (low + high), sin_psi,
-                                                     yarns);
-                }
+                float sin_psi = clamp(across.z + here * deviation, -1.0, 1.0);
+                here = -here;
+                sent += share * part
+                        * weaveusd_patch(wi, wo, side, to_viewer, to_light, arc,
+                                         j == 0 ? halves.xy : halves.zw, sin_psi, yarns);
             }
         }
     }

@@ -240,7 +240,7 @@ def glossy(tmp_path_factory) -> Path:
     """Return the asset of a glossy twill: ``exact.mtlx``, and ``yarns.mtlx`` without its maps."""
     folder = tmp_path_factory.mktemp("asset")
     weave = woven(twill(), "polyester")
-    textures = synthesize(weave, resolution=128)
+    textures = synthesize(weave, resolution=128)  # a texel a pixel, where a picture shows a repeat
     write_asset(shade("plain", weave, textures, cloth().provenance), folder, also=["exact"], jobs=1)
     text = (folder / EXACT_FILE).read_text()
     yarns = re.sub(r'<input name="moment_texels"[^>]*/>', "", text)
@@ -257,14 +257,14 @@ def off(picture: np.ndarray, truth: np.ndarray) -> float:
 def test_a_sheet_far_away_has_the_light_of_its_tile(glossy):
     tile, far, yarns = render(
         [
-            seen(glossy, 1, 256, "exact"),
+            seen(glossy, 1, 128, "exact"),
             seen(glossy, 60, 64, "exact"),
             seen(glossy, 60, 64, "yarns"),
         ],
         glossy,
     )
     light = tile.mean((0, 1))
-    np.testing.assert_allclose(far.mean((0, 1)), light, rtol=0.08)
+    np.testing.assert_allclose(far.mean((0, 1)), light, rtol=0.03)
     assert np.abs(yarns.mean((0, 1)) / light - 1).max() > 0.2
 
 
@@ -295,7 +295,7 @@ def test_pixels_of_a_yarn_or_two_have_the_light_of_their_neighborhood_and_no_moi
 def test_a_sheet_far_away_under_an_even_sky_has_the_light_of_its_tile(glossy):
     tile, far = render(
         [
-            seen(glossy, 1, 256, "exact", environment=True),
+            seen(glossy, 1, 128, "exact", environment=True),
             seen(glossy, 60, 64, "exact", environment=True),
         ],
         glossy,
