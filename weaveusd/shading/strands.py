@@ -125,7 +125,7 @@ def frame(s: ArrayLike, x: Doubles, sin_psi: float, section: Section) -> tuple[D
 def _patch(arc: Box, half: Box, section: Section) -> _Patch:
     middle, reach = 0.5 * (arc.low + arc.high), max(0.5 * (arc.high - arc.low), 0.5 * POINT)
     arc = Box(middle - reach, middle + reach, arc.share)
-    x = np.float64(0.5 * (half.low + half.high))
+    x = np.asarray(0.5 * (half.low + half.high))
     low, high = (float(np.arcsin(_bend(s, x, section)[0])) for s in (arc.low, arc.high))
     return _Patch(arc, half, (low, high), section)
 
