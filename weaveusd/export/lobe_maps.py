@@ -76,21 +76,23 @@ class _Maps:
     ) -> None:
         self._fits, self._writers, self._levels = fits, writers, levels
         self._lobes = yarn_lobes(fits)
+        self._moments: Floats = np.empty((0, 0, len(MOMENTS)), np.float32)
 
     def add(self, band: Band) -> None:
         """Write a band of the finest level, below those written, and add it to all others."""
         rows, width = band["opacity"].shape[:2]
-        normal, rotation = (_texels(band[name]) for name in ("normal", "rotation"))
-        opacity, yarn = (_texels(band[name])[:, 0] for name in ("opacity", "yarn_id"))
+        if len(self._moments) < rows:
+            # One piece of memory for all bands: new pages cost more than what fills them.
+            self._moments = np.empty((rows, width, len(MOMENTS)), np.float32)
+        moments, even = self._moments[:rows], np.empty((rows, width, 1), np.float32)
         lobes = self._lobes
-        moments = np.empty((rows * width, len(MOMENTS)), np.float32)
-        fill_moments(normal, opacity, yarn, rotation, lobes.mean, lobes.even, moments)
-        even = np.where(opacity < 1, np.float32(1), lobes.preview_roughness[yarn.astype(np.intp)])
-        made = {"roughness": band["roughness"], "rotation": rotation}
-        self._write(made | {"preview_roughness": even}, rows, width)
-        level_rows = moments.reshape(rows, width, -1)
+        fill_moments(
+            *(band[name] for name in ("normal", "opacity", "yarn_id", "rotation")),
+            lobes.mean, lobes.even, lobes.preview_roughness, moments, even,
+        )  # fmt: skip
+        self._write({n: band[n] for n in ("roughness", "rotation")} | {"preview_roughness": even})
         for level in self._levels:
-            level_rows = level.add(level_rows)
+            moments = level.add(moments)
 
     def write_coarse(self) -> None:
         """Write all levels but the finest."""
@@ -98,16 +100,16 @@ class _Maps:
         target = towards(top[0, 0], self._fits)
         for level in self._levels:
             for moments in level.bands():
-                rows, width = moments.shape[:2]
-                wide, even = np.empty((2, rows * width), np.float32)
-                rotation = np.zeros((rows * width, 3), np.float32)
-                fill_lobes(moments.reshape(-1, len(MOMENTS)), target, wide, rotation, even)
-                made = {"roughness": wide, "rotation": rotation, "preview_roughness": even}
-                self._write(made, rows, width)
+                made = {
+                    name: np.zeros((*moments.shape[:2], lobe_map.components), np.float32)
+                    for name, lobe_map in LOBE_MAPS.items()
+                }
+                fill_lobes(moments, target, *made.values())
+                self._write(made)
 
-    def _write(self, texels: Mapping[str, Floats], rows: int, width: int) -> None:
+    def _write(self, texels: Mapping[str, Floats]) -> None:
         for name, writer in self._writers.items():
-            writer.write(texels[name].astype(np.float16).reshape(rows, width, -1))
+            writer.write(texels[name].astype(np.float16))
 
 
 class _Level:
@@ -142,7 +144,3 @@ class _Level:
         size = TILE * self._width * len(MOMENTS) * np.dtype(np.float32).itemsize
         while data := self._file.read(size):
             yield np.frombuffer(data, np.float32).reshape(-1, self._width, len(MOMENTS))
-
-
-def _texels(rows: Floats) -> Floats:
-    return np.ascontiguousarray(rows.reshape(-1, rows.shape[-1]))

@@ -26,51 +26,66 @@ ROUND = np.float32(2.0**-10)
 
 
 @compiled
-def fill_rotation(normal, fibre, opacity, yarn_id, stretch, rotation):  # type: ignore[no-untyped-def] # numba compiles it for the types it is given
-    """Fill in (cos 2φ, sin 2φ, 0) p of texels, (texels, 3).
+def fill_of_yarns(  # type: ignore[no-untyped-def] # numba compiles it for the types it is given
+    normal, fibre, opacity, yarn_id, wide, stretch, roughness, rotation
+):
+    """Fill in the roughness (n, W, 1) and the rotation (n, W, 3) of texels.
 
-    `normal` and `fibre` (texels, 3), `opacity` and `yarn_id` (texels,) are float32; `stretch`
-    (yarns,) is p of each yarn. The angle is measured about the normal, from X laid into the plane
-    of the surface. Texels that are not opaque are loose hairs and have no direction.
+    `normal` and `fibre` (n, W, 3), `opacity` and `yarn_id` (n, W, 1) are float32. `wide` is
+    (yarns,), the roughness of each, `stretch` its p in (cos 2φ, sin 2φ, 0) p. The angle is measured
+    about the normal, from X laid into the plane of the surface. Texels that are not opaque are
+    loose hairs: rough, without a direction.
     """
-    one, two = np.float32(1), np.float32(2)
-    for k in range(len(opacity)):
-        p = stretch[int(yarn_id[k])] if opacity[k] == one else np.float32(0)
-        # Across the fibre is n × t: by its components along X and beside it, in that plane.
-        along = normal[k, 1] * fibre[k, 2] - normal[k, 2] * fibre[k, 1]
-        beside = fibre[k, 0]
-        square = along * along + beside * beside
-        rotation[k, 0], rotation[k, 1], rotation[k, 2] = ROUND, 0.0, 0.0
-        if p > ROUND and square > np.float32(0):
-            scale = p / square * STEPS
-            rotation[k, 0] = np.rint((along * along - beside * beside) * scale) / STEPS
-            rotation[k, 1] = np.rint(two * along * beside * scale) / STEPS
+    zero, one, two = np.float32(0), np.float32(1), np.float32(2)
+    for k in range(opacity.shape[0]):
+        for i in range(opacity.shape[1]):
+            solid = opacity[k, i, 0] == one
+            yarn = int(yarn_id[k, i, 0])
+            roughness[k, i, 0] = wide[yarn] if solid else one
+            p = stretch[yarn] if solid else zero
+            # Across the fibre is n × t: by its components along X and beside it, in that plane.
+            n_y, n_z = normal[k, i, 1], normal[k, i, 2]
+            along = n_y * fibre[k, i, 2] - n_z * fibre[k, i, 1]
+            beside = fibre[k, i, 0]
+            square = along * along + beside * beside
+            rotation[k, i, 0], rotation[k, i, 1], rotation[k, i, 2] = ROUND, zero, zero
+            if p > ROUND and square > zero:
+                scale = p / square * STEPS
+                rotation[k, i, 0] = np.rint((along * along - beside * beside) * scale) / STEPS
+                rotation[k, i, 1] = np.rint(two * along * beside * scale) / STEPS
 
 
 @compiled
-def fill_moments(normal, opacity, yarn_id, rotation, mean, even, moments):  # type: ignore[no-untyped-def]
-    """Fill in the moments (texels, MOMENTS) of texels, which `fill_rotation` has seen.
+def fill_moments(  # type: ignore[no-untyped-def]
+    normal, opacity, yarn_id, rotation, mean, even, rough, moments, preview
+):
+    """Fill in the moments (n, W, MOMENTS) of texels, and their preview roughness (n, W, 1).
 
-    `mean` (yarns,) is (α_t + α_b) / 2 of each yarn, `even` α of its lobe without direction.
+    `rotation` is that of `fill_of_yarns`. `mean` (yarns,) is (α_t + α_b) / 2 of each yarn, `even` α
+    of its lobe without direction and `rough` the roughness of that.
     """
     one = np.float32(1)
-    for k in range(len(opacity)):
-        n_x, n_y = normal[k, 0], normal[k, 1]
-        weight = max(opacity[k], CLEAR)
-        alpha = round_ = one
-        if opacity[k] == one:
-            yarn = int(yarn_id[k])
-            alpha, round_ = mean[yarn], even[yarn]
-        d_x, d_y = alpha * rotation[k, 0], alpha * rotation[k, 1]
-        moments[k, MEAN] = weight * alpha
-        moments[k, TURN_X] = weight * d_x
-        moments[k, TURN_Y] = weight * d_y
-        moments[k, SQUARES] = weight * (alpha * alpha + d_x * d_x + d_y * d_y)
-        moments[k, EVEN] = weight * round_
-        moments[k, TILT_X] = weight * n_x
-        moments[k, TILT_Y] = weight * n_y
-        moments[k, TILTS] = weight * (n_x * n_x + n_y * n_y)
-        moments[k, WEIGHT] = weight
+    for k in range(opacity.shape[0]):
+        for i in range(opacity.shape[1]):
+            n_x, n_y = normal[k, i, 0], normal[k, i, 1]
+            cover = opacity[k, i, 0]
+            weight = max(cover, CLEAR)
+            alpha = round_ = one
+            preview[k, i, 0] = one
+            if cover == one:
+                yarn = int(yarn_id[k, i, 0])
+                alpha, round_ = mean[yarn], even[yarn]
+                preview[k, i, 0] = rough[yarn]
+            d_x, d_y = alpha * rotation[k, i, 0], alpha * rotation[k, i, 1]
+            moments[k, i, MEAN] = weight * alpha
+            moments[k, i, TURN_X] = weight * d_x
+            moments[k, i, TURN_Y] = weight * d_y
+            moments[k, i, SQUARES] = weight * (alpha * alpha + d_x * d_x + d_y * d_y)
+            moments[k, i, EVEN] = weight * round_
+            moments[k, i, TILT_X] = weight * n_x
+            moments[k, i, TILT_Y] = weight * n_y
+            moments[k, i, TILTS] = weight * (n_x * n_x + n_y * n_y)
+            moments[k, i, WEIGHT] = weight
 
 
 @compiled
@@ -115,9 +130,9 @@ def halve_rows(  # type: ignore[no-untyped-def]
 
 @compiled
 def fill_lobes(moments, towards, roughness, rotation, preview):  # type: ignore[no-untyped-def]
-    """Fill in roughness (texels,), rotation (texels, 3) and preview roughness of texels.
+    """Fill in roughness (n, W, 1), rotation (n, W, 3) and preview roughness (n, W, 1) of texels.
 
-    `moments` are (texels, MOMENTS). `towards` (7,) float32 says what the whole tile's lobe becomes:
+    `moments` are (n, W, MOMENTS). `towards` (7,) float32 says what the whole tile's lobe becomes:
     the matrix G, xx, xy and yy; the variances of all its normals and of all its lobes; a factor
     for the lobe without direction; and the least α. G and the factor count by the shares of both
     variances that lie below the texel: by their product, as a float of one yarn is no tile.
@@ -125,30 +140,31 @@ def fill_lobes(moments, towards, roughness, rotation, preview):  # type: ignore[
     """
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
     g_x, g_y, g_z, of_normals, of_lobes, even_factor, least = towards
-    for k in range(len(roughness)):
-        weight = moments[k, WEIGHT]
-        mean = moments[k, MEAN] / weight
-        d_x, d_y = moments[k, TURN_X] / weight, moments[k, TURN_Y] / weight
-        n_x, n_y = moments[k, TILT_X] / weight, moments[k, TILT_Y] / weight
-        tilts = max(zero, moments[k, TILTS] / weight - n_x * n_x - n_y * n_y)
-        share = min(one, tilts / of_normals) if of_normals > zero else zero
-        if of_lobes > zero:
-            lobes = moments[k, SQUARES] / weight - mean * mean - d_x * d_x - d_y * d_y
-            share *= min(one, max(zero, lobes) / of_lobes)
-        # G's part, times the lobe, times that part again.
-        p, q, r = one + share * (g_x - one), share * g_y, one + share * (g_z - one)
-        xx, yy = mean + d_x, mean - d_x
-        u_x, u_y = p * xx + q * d_y, p * d_y + q * yy
-        v_x, v_y = q * xx + r * d_y, q * d_y + r * yy
-        xx, xy, yy = u_x * p + u_y * q, u_x * q + u_y * r, v_x * q + v_y * r
-        mean, d_x, d_y = half * (xx + yy), half * (xx - yy), xy
-        turn = np.sqrt(d_x * d_x + d_y * d_y)
-        wide, narrow = min(one, mean + turn), min(one, max(least, mean - turn))
-        roughness[k] = np.sqrt(np.sqrt(half * (wide * wide + narrow * narrow)))
-        length = (wide - narrow) / (wide + narrow)
-        if turn > zero and length > ROUND:
-            rotation[k, 0], rotation[k, 1] = d_x / turn * length, d_y / turn * length
-        else:
-            rotation[k, 0], rotation[k, 1] = ROUND, zero
-        even = moments[k, EVEN] / weight * (one + share * (even_factor - one))
-        preview[k] = np.sqrt(min(one, max(least, even)))
+    for k in range(moments.shape[0]):
+        for i in range(moments.shape[1]):
+            weight = moments[k, i, WEIGHT]
+            mean = moments[k, i, MEAN] / weight
+            d_x, d_y = moments[k, i, TURN_X] / weight, moments[k, i, TURN_Y] / weight
+            n_x, n_y = moments[k, i, TILT_X] / weight, moments[k, i, TILT_Y] / weight
+            tilts = max(zero, moments[k, i, TILTS] / weight - n_x * n_x - n_y * n_y)
+            share = min(one, tilts / of_normals) if of_normals > zero else zero
+            if of_lobes > zero:
+                lobes = moments[k, i, SQUARES] / weight - mean * mean - d_x * d_x - d_y * d_y
+                share *= min(one, max(zero, lobes) / of_lobes)
+            # G's part, times the lobe, times that part again.
+            p, q, r = one + share * (g_x - one), share * g_y, one + share * (g_z - one)
+            xx, yy = mean + d_x, mean - d_x
+            u_x, u_y = p * xx + q * d_y, p * d_y + q * yy
+            v_x, v_y = q * xx + r * d_y, q * d_y + r * yy
+            xx, xy, yy = u_x * p + u_y * q, u_x * q + u_y * r, v_x * q + v_y * r
+            mean, d_x, d_y = half * (xx + yy), half * (xx - yy), xy
+            turn = np.sqrt(d_x * d_x + d_y * d_y)
+            wide, narrow = min(one, mean + turn), min(one, max(least, mean - turn))
+            roughness[k, i, 0] = np.sqrt(np.sqrt(half * (wide * wide + narrow * narrow)))
+            length = (wide - narrow) / (wide + narrow)
+            if turn > zero and length > ROUND:
+                rotation[k, i, 0], rotation[k, i, 1] = d_x / turn * length, d_y / turn * length
+            else:
+                rotation[k, i, 0], rotation[k, i, 1] = ROUND, zero
+            even = moments[k, i, EVEN] / weight * (one + share * (even_factor - one))
+            preview[k, i, 0] = np.sqrt(min(one, max(least, even)))

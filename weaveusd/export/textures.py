@@ -18,7 +18,7 @@ import numpy as np
 from weaveusd.contract import CHANNELS, GAP, Channel, ColorSpace
 from weaveusd.export.encode import encode
 from weaveusd.export.images import ImageWriter, Metadata, density
-from weaveusd.export.lobe_texels import fill_rotation
+from weaveusd.export.lobe_texels import fill_of_yarns
 from weaveusd.synth.rows import thread_count
 
 if TYPE_CHECKING:
@@ -146,18 +146,15 @@ def _finish(tasks: Sequence[Future[object]]) -> None:
 
 def _of_yarns(rows: Mapping[str, Floats32], lobes: YarnLobes) -> dict[str, Floats32]:
     """Return the channels that follow from the yarns' lobes; gaps are as loose hairs."""
-    opacity, yarn = (rows[n].reshape(-1) for n in ("opacity", "yarn_id"))
-    count = len(lobes.stretch)
+    yarn, count = rows["yarn_id"], len(lobes.stretch)
     if yarn.min() < GAP or yarn.max() >= count:
         raise ValueError(f"yarn_id: {yarn.min()}…{yarn.max()} leaves the {count} yarns")
-    normal, fibre = (np.ascontiguousarray(rows[n].reshape(-1, 3)) for n in ("normal", "tangent"))
-    rotation = np.empty_like(normal)
-    fill_rotation(normal, fibre, opacity, yarn, lobes.stretch, rotation)
-    roughness = np.where(opacity < 1, np.float32(1), lobes.roughness[yarn.astype(np.intp)])
-    shape = rows["opacity"].shape
-    return {
-        "roughness": roughness.reshape(shape), "rotation": rotation.reshape(*shape[:2], 3),
-    }  # fmt: skip
+    roughness, rotation = np.empty_like(rows["opacity"]), np.empty_like(rows["normal"])
+    fill_of_yarns(
+        *(rows[name] for name in ("normal", "tangent", "opacity", "yarn_id")),
+        lobes.roughness, lobes.stretch, roughness, rotation,
+    )  # fmt: skip
+    return {"roughness": roughness, "rotation": rotation}
 
 
 _ACESCG: dict[str, Metadata] = {

@@ -83,7 +83,7 @@ class TiledWriter:
         width, height = self._sizes[self._level]
         if rows.dtype != np.float16 or rows.shape[1:] != (width, self._spec.nchannels):
             raise ValueError(f"{self._path}: unexpected rows {rows.shape} {rows.dtype}")
-        rest = np.concatenate([self._rest, rows])
+        rest = np.concatenate([self._rest, rows]) if len(self._rest) else rows
         ready = len(rest) // TILE * TILE
         if self._row + len(rest) == height:
             ready = len(rest)
