@@ -20,6 +20,7 @@ from weaveusd.render.exact import (
     lobes_share,
     sample_record,
 )
+from weaveusd.render.numbering import evenly
 from weaveusd.render.packing import OPACITY
 
 if TYPE_CHECKING:
@@ -32,7 +33,16 @@ themselves. It is twice that from cells of a crossing on."""
 _YARNS_END = 1.0
 """Level between which and the next the side grows; level 2 has cells of a crossing."""
 
-_CHANCES = 11
+_LATE, _LATER = 0.4, 0.6
+"""Below which level cells come later, and by how much at most: where a pixel holds one yarn, its
+texels are less noisy than what is drawn of a cell."""
+
+_PLACES, _STRANDS, _CHANCES = 3, 9, 11
+"""Ends of the numbers for level and cell, for the strands, and for their kinds."""
+
+_STRAIGHT = 0.999999
+"""Cosine of the angle to the eye from which on a hit is the first of its path."""
+
 _SHARES = (FLAT, RISE, FALL, NUMBERS + FLAT, NUMBERS + RISE, NUMBERS + FALL)
 
 
@@ -127,7 +137,7 @@ class DistantCloth(Cloth):
             self.repeats.x * self.repeats.y * self.finest
         )
         halvings = 0.5 * dr.log2(dr.maximum(dr.square(side) / dr.maximum(area, 1e-30), 1e-30))
-        halvings += dr.clip(halvings - _YARNS_END, 0, 1)
+        halvings += dr.clip(halvings - _YARNS_END, 0, 1) - dr.clip(_LATE - halvings, 0, _LATER)
         halvings = dr.select(area > 0, halvings, -1)
         return dr.clip(dr.floor(halvings + chance), -1, self.top)
 
@@ -150,14 +160,28 @@ class DistantCloth(Cloth):
     def place(self, si: Any, active: Any) -> tuple[Any, Any, list[Any]]:
         """Return where a level serves, the index of its cell, and uniform numbers."""
         u, v = si.uv.x * self.repeats.x, si.uv.y * self.repeats.y
-        chance = uniforms(u, v, _CHANCES)
+        chance = self.chances(si, u, v)
         level = self.level(si, chance[0])
         far = active & (level >= 0)
         index = mi.UInt32(dr.maximum(level, 0))
         start, rows, columns = (dr.gather(mi.Float, column, index, far) for column in self.table)
         row = _wrapped(v * rows + chance[1] - 0.5, rows)
         column = _wrapped(u * columns + chance[2] - 0.5, columns)
-        return far, mi.UInt32(start + row * columns + column), chance[3:]
+        return far, mi.UInt32(start + row * columns + column), chance[_PLACES:]
+
+    def chances(self, si: Any, u: Any, v: Any) -> list[Any]:
+        """Return uniform numbers for the hit at texture coordinates in repeats.
+
+        Those of the strands lie evenly over the samples of a pixel where it is what they see. A
+        later hit of a path must not know what the first has drawn: its numbers are of its place.
+        """
+        chance = uniforms(u, v, _CHANCES)
+        ahead = dr.dot(si.to_world(si.wi), dr.normalize(self.eye - si.p))
+        is_first = (si.time > 0) & (ahead > _STRAIGHT)
+        even = evenly(si.time, _STRANDS - _PLACES)
+        for k, number in enumerate(even, _PLACES):
+            chance[k] = dr.select(is_first, number, chance[k])
+        return chance
 
     def strands(self, si: Any, active: Any) -> list[distance.Strand]:
         """Return what a pixel sees of the cloth at the interaction: strands, or one texel."""

@@ -3,16 +3,22 @@
 Mitsuba's own film adds samples to pixels from many threads at once, so that the last bits of a
 picture differ from run to run. Here the samples of a pixel lie side by side and one thread adds
 them up. A pixel is the mean over its square.
+
+Those samples are spread evenly, by correlated multi-jitter (Kensler 2013), over the pixel, the
+lights and the lobes, wherever the work is a wavefront: what varies slowly is then found with few.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+
+from weaveusd.render.numbering import numbered
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,7 +46,7 @@ def trace(
     total = np.zeros((size[1], size[0], 3), np.float64)
     done, number = 0, 0
     while done < spp:
-        now = min(most, spp - done)
+        now = _whole_grid(min(most, spp - done))
         pass_seed = (seed + number * _NEXT_SEED) % (1 << 32)
         if _is_jit():
             total += _wavefront(scene, size, now, pass_seed)
@@ -59,19 +65,27 @@ def _wavefront(scene: Any, size: tuple[int, int], spp: int, seed: int) -> NDArra
     width, height = size
     count = width * height * spp
     sensor, integrator = scene.sensors()[0], scene.integrator()
-    sampler = mi.load_dict({"type": "independent", "sample_count": spp})
+    sampler = mi.load_dict({"type": "multijitter", "sample_count": spp})
     sampler.set_samples_per_wavefront(spp)
     sampler.seed(seed, count)
 
-    pixel = dr.arange(mi.UInt32, count) // spp
+    index = dr.arange(mi.UInt32, count)
+    pixel = index // spp
     corner = mi.Vector2f(mi.Float(pixel % width), mi.Float(pixel // width))
     position = (corner + sampler.next_2d()) / mi.Vector2f(width, height)
     aperture = sampler.next_2d() if sensor.needs_aperture_sample() else mi.Point2f(0.5)
     ray, weight = sensor.sample_ray(0.0, sampler.next_1d(), position, aperture)
-    radiance, _, _ = integrator.sample(scene, sampler, mi.RayDifferential3f(ray))
+    ray = numbered(mi.RayDifferential3f(ray), index % spp, pixel, seed)
+    radiance, _, _ = integrator.sample(scene, sampler, ray)
     radiance = radiance * weight
     sums = [np.array(dr.block_sum(channel, spp), np.float64) for channel in _evaluated(radiance)]
     return np.stack(sums, axis=-1).reshape(height, width, 3)
+
+
+def _whole_grid(samples: int) -> int:
+    """Return the most samples, up to so many, that fill a grid nearly as high as wide."""
+    rows = math.isqrt(samples)
+    return samples // rows * rows
 
 
 def _evaluated(radiance: Any) -> tuple[Any, Any, Any]:
