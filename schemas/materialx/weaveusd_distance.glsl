@@ -84,7 +84,8 @@ vec3 weaveusd_quantiles(float mean, float square)
 }
 
 // The even distributions in X of both halves of the yarn: low and high end of the right half and of
-// the left. `share` becomes their shares. `across` holds the means of |X| and X^2, `mean` that of X.
+// the left. `share` becomes their shares. `across` are the means of |X| and X^2, `mean` is that of
+// X.
 vec4 weaveusd_halves(vec2 across, float mean, out vec2 share)
 {
     float right = max(0.5 * (across.x + mean), 0.0);

@@ -36,11 +36,11 @@ LIGHTS = [
 FAR, GROWING = "far", "growing"
 
 
-def write(systems: Sequence[Footprint], folder: Path, footprint: str = FAR) -> Path:
+def write(systems: Sequence[Footprint], folder: Path, footprint: str = FAR, side: int = 1) -> Path:
     """Write a document with a node that has the moments of `systems`, and its library beside it.
 
     The footprint is `FAR` above two texels, or `GROWING` from left to right and upwards: the
-    coordinates in texels are then 1.6 SIZE st².
+    coordinates in texels are then 1.6 SIZE st². A `side` of −1 turns the back of the cloth to +z.
     """
     folder.mkdir()
     shutil.copytree(schema_dir() / "materialx", folder / "materialx")
@@ -57,6 +57,10 @@ def write(systems: Sequence[Footprint], folder: Path, footprint: str = FAR) -> P
         squared.setConnectedNode("in2", st)
         scaled.setConnectedNode("in1", squared)
     node.setConnectedNode("moment_texels", scaled)
+    # A value would not do: MaterialX takes the surface's normal unless something is connected.
+    outwards = made.addNode("constant", "outwards", "vector3")
+    put(outwards, "value", "vector3", (0, 0, side))
+    node.setConnectedNode("surface_normal", outwards)
     for one in systems:
         name = "weft" if one.weft else "warp"
         put(node, f"{name}_slopes", "vector4", one.moments[:4])
@@ -124,14 +128,17 @@ def from_afar(systems: Sequence[Footprint], wi: np.ndarray, light: np.ndarray) -
     return value.reshape(wi.shape) / sum(map(covered, systems))
 
 
-def check(systems: Sequence[Footprint], lights: Sequence[np.ndarray], folder: Path) -> None:
-    document = write(systems, folder / "node")
+def check(
+    systems: Sequence[Footprint], lights: Sequence[np.ndarray], folder: Path, side: int = 1
+) -> None:
+    """Hold pictures of the face (1) or the back (−1) of a footprint to the reference."""
+    document = write(systems, folder / "node", side=side)
     jobs = [
         Job(str(document), "material", str(folder / f"{i}.npy"), tuple(light), EYE, SIZE)
         for i, light in enumerate(lights)
     ]
     for job, light, picture in zip(jobs, lights, render(jobs, folder), strict=True):
-        reference = from_afar(systems, view(job), light)
+        reference = from_afar(systems, view(job) * (1, 1, side), light * (1, 1, side))
         error = np.abs(picture - reference) / reference.max()
         assert reference.max() > 0
         assert error.mean() < 1e-5
@@ -156,6 +163,13 @@ def test_a_tile_from_afar_is_that_of_the_reference(tmp_path):
 )
 def test_every_cloth_from_afar_is_that_of_the_reference(tmp_path, systems):
     check(systems(), LIGHTS, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("side", [1, -1])
+def test_light_passes_from_either_side_as_in_the_reference(tmp_path, side):
+    through = np.array([0.1, 0.3, -0.9]) / np.linalg.norm([0.1, 0.3, -0.9])
+    check(tile(plain(), "chiffon"), [through, LIGHTS[1]], tmp_path, side)
 
 
 def test_near_is_the_yarn_alone_and_goes_over_into_far_without_a_step(tmp_path):
