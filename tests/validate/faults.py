@@ -734,13 +734,13 @@ def a_normalization_of_another_yarn(folder: Path) -> None:
 
 
 @in_files("energy-gained", "normalization-disagrees", "furnace-above", "swatch-color",
-          "preview-far", profile="standard")  # fmt: skip
+          "preview-far", "moments-disagree", "distance-level", profile="standard")  # fmt: skip
 def a_cloth_that_glows_in_a_furnace(folder: Path) -> None:
     restate(folder, "normalization", 6.0)
     restate(folder, "albedoGain", 5.0, "albedo_gain")
 
 
-@in_files("swatch-color", profile="standard")
+@in_files("swatch-color", "moments-disagree", "distance-level", profile="standard")
 def a_gain_of_another_weave(folder: Path) -> None:
     restate(folder, "albedoGain", 0.9, "albedo_gain")
 

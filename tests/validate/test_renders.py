@@ -112,6 +112,11 @@ def test_a_cloth_that_pales_with_its_distance_is_found(
     assert codes(entry, "render/distance") == {"distance-color"}
 
 
+def test_moment_maps_of_a_darker_cloth_are_found_from_afar_alone(tmp_path: Path) -> None:
+    fault = next(f for f in FAULTS if f.name == "a_cloth_that_darkens_with_its_distance")
+    assert codes(fault.plant(tmp_path / "v001"), "render/distance") == {"distance-level"}
+
+
 def test_without_a_renderer_its_checks_are_skipped_and_say_why(
     entry: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
