@@ -17,7 +17,8 @@ from weaveusd.export.files import CLOTH_ITSELF
 from weaveusd.export.images import read_image, write_png8
 from weaveusd.export.mipmap import CLEAR, Halving, smaller_levels
 from weaveusd.export.moments import moment_files
-from weaveusd.export.tx import FILTERED, TILE, write_tx
+from weaveusd.export.tiled import TILE
+from weaveusd.export.tx import FILTERED, write_tx
 
 MAPS = moment_files(plain_weave())
 

@@ -29,7 +29,7 @@ MAX_CHANNELS = 8
 INCH_MM = 25.4
 
 _FORMATS = {"uint8": oiio.UINT8, "uint16": oiio.UINT16, "float16": oiio.HALF}
-_CONSTANT_TIME = "2000:01:01 00:00:00"
+CONSTANT_TIME = "2000:01:01 00:00:00"
 
 
 def read_image(path: Path) -> Bytes | Floats32:
@@ -99,6 +99,15 @@ def density(width: int, height: int, size_mm: tuple[float, float]) -> dict[str, 
     }
 
 
+def state(spec: Any, metadata: Mapping[str, Metadata]) -> None:
+    """Let a file of `spec` state `metadata`."""
+    for key, value in metadata.items():
+        if isinstance(value, tuple):
+            spec.attribute(key, oiio.TypeDesc(f"float[{len(value)}]"), value)
+        else:
+            spec.attribute(key, value)
+
+
 class ImageWriter:
     """A PNG or EXR file written from the top row down; the same rows give the same bytes.
 
@@ -131,15 +140,11 @@ class ImageWriter:
         metadata: Mapping[str, Metadata],
     ) -> None:
         spec = oiio.ImageSpec(width, height, channels, _FORMATS[dtype])
-        for key, value in metadata.items():
-            if isinstance(value, tuple):
-                spec.attribute(key, oiio.TypeDesc(f"float[{len(value)}]"), value)
-            else:
-                spec.attribute(key, value)
+        state(spec, metadata)
         spec.attribute("oiio:UnassociatedAlpha", 1)
         if path.suffix == ".exr":
             spec.attribute("compression", "zip")
-            spec.attribute("DateTime", _CONSTANT_TIME)
+            spec.attribute("DateTime", CONSTANT_TIME)
         self._path = path
         self._dtype = np.dtype(dtype)
         self._shape = (height, width, channels)

@@ -11,6 +11,7 @@ import numpy as np
 import OpenImageIO as oiio  # noqa: N813
 
 from weaveusd.errors import WeaveusdError
+from weaveusd.export.images import CONSTANT_TIME, state
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -20,6 +21,15 @@ if TYPE_CHECKING:
     Halves = NDArray[np.float16]
 
 TILE = 64
+
+_FORMAT: dict[str, Metadata] = {
+    "compression": "zip",
+    "wrapmodes": "periodic,periodic",
+    "textureformat": "Plain Texture",
+    "DateTime": CONSTANT_TIME,
+    "openexr:levelmode": 1,  # mip maps
+    "openexr:roundingmode": 0,  # down
+}
 
 
 def level_sizes(width: int, height: int) -> list[tuple[int, int]]:
@@ -59,17 +69,7 @@ class TiledWriter:
     ) -> None:
         spec = oiio.ImageSpec(width, height, channels, oiio.HALF)
         spec.tile_width = spec.tile_height = TILE
-        for key, value in metadata.items():
-            spec.attribute(key, value)
-        for key, text in (
-            ("compression", "zip"),
-            ("wrapmodes", "periodic,periodic"),
-            ("textureformat", "Plain Texture"),
-            ("DateTime", "2000:01:01 00:00:00"),
-        ):
-            spec.attribute(key, text)
-        spec.attribute("openexr:levelmode", 1)
-        spec.attribute("openexr:roundingmode", 0)
+        state(spec, {**metadata, **_FORMAT})
         self._path, self._spec = path, spec
         self._sizes = level_sizes(width, height)
         self._level = self._row = 0
