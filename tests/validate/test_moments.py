@@ -181,6 +181,34 @@ def test_a_map_of_more_texels_than_any_is_refused_by_its_header(
     assert "warp_along.exr" not in OpenAsset(entry).kept
 
 
+@pytest.mark.parametrize("file", ["warp_slopes", "weft_along", "warp_across", "weft_albedo"])
+def test_an_infinite_mean_is_found_and_disturbs_no_check(file: str, tmp_path: Path) -> None:
+    entry = publish(tmp_path / "v001")
+
+    def change(pixels: np.ndarray) -> None:
+        pixels[2, 3] = np.inf, -np.inf, np.inf, np.inf
+
+    rewrite(tmp_path / "v001" / "textures" / f"{file}.exr", change)
+    assert codes(entry) == {"moments-range", "moments-disagree"}
+
+
+def test_infinite_lobes_are_found_and_disturb_no_check(tmp_path: Path) -> None:
+    entry = publish(tmp_path / "v001")
+    for name in ("roughness", "rotation", "preview_roughness"):
+        path = tmp_path / "v001" / "textures" / f"{name}.exr"
+        in_levels(path, lambda level, p: p if level < 3 else np.full_like(p, np.inf))
+    assert codes(entry, "texture/lobes") == {"lobes-range"}
+
+
+def test_maps_of_warp_and_weft_are_of_one_size(tmp_path: Path) -> None:
+    entry = publish(tmp_path / "v001")
+    look = tmp_path / "v001" / LOOK
+    look.write_text(re.sub(r".*weave:moment(Width|Height).*\n", "", look.read_text()))
+    for path in (tmp_path / "v001" / "textures").glob("weft_*.exr"):
+        rewrite(path, lambda pixels: np.ascontiguousarray(pixels[::2, ::2]))
+    assert codes(entry, "texture/moments") == {"moments-format"}
+
+
 def test_a_colorway_is_judged_by_its_own_maps(tmp_path: Path) -> None:
     one = cloth()
     warp, weft = one.weave.yarns

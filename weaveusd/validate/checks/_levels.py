@@ -27,6 +27,9 @@ LARGEST = 256
 
 MAX_LEVELS = 32
 
+MAX_TILE = 1024
+"""Rows of a tile that are read at once."""
+
 
 class Chain:
     """The levels of a file that is open; `sizes` are width and height of each, the finest first."""
@@ -58,9 +61,10 @@ class Chain:
         They begin where tiles do.
         """
         height, tile = self.sizes[0][1], self.tile_height
-        last = max(0, (height - ROWS) // tile * tile)
+        rows = -(-ROWS // tile) * tile
+        last = max(0, (height - rows) // tile * tile)
         middle = last // 2 // tile * tile
-        return [(first, min(first + ROWS, height)) for first in sorted({0, middle, last})]
+        return [(first, min(first + rows, height)) for first in sorted({0, middle, last})]
 
     def rows(self, level: int, first: int, end: int) -> Floats:
         """Return rows `first` to `end` - 1 of a level, (rows, width, c); none if not readable."""
@@ -87,15 +91,16 @@ def opened_chain(path: Path) -> Iterator[Chain]:
     Raises
     ------
     InputError
-        It is no image in tiles, or too large; the message is without the path.
+        It is no image in tiles, or one too large; the message is without the path.
     """
     source = OpenImageIO.ImageInput.open(str(path))
     if source is None:
         raise InputError(" ".join(OpenImageIO.geterror().split())[:200])
     try:
         spec = source.spec()
-        if spec.tile_width < 1 or max(spec.width, spec.height) > MAX_SIDE:
-            raise InputError("is not tiled, or too large")
+        has_tiles = spec.tile_width > 0 and 0 < spec.tile_height <= MAX_TILE
+        if not has_tiles or max(spec.width, spec.height) > MAX_SIDE:
+            raise InputError(f"is not in tiles of at most {MAX_TILE} rows, or too large")
         yield Chain(source)
     finally:
         source.close()

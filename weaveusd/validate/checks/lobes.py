@@ -78,7 +78,9 @@ class Lobes:
         self._asset = asset
         self._paths = {name: asset.textures.path(lobe_file(name)) for name in LOBE_MAPS}
         listed = {PurePosixPath(file.path).name for file in asset.cloth("textures") or ()}
-        self._is_old = listed.isdisjoint(map(lobe_file, LOBE_MAPS))
+        self._is_old = listed.isdisjoint(map(lobe_file, LOBE_MAPS)) or not (
+            asset.texture_files.keys() >= set(FILES)
+        )
         self._spans = Spans()
         self._places: dict[str, list[Place]] = {}
         for name, path in self._paths.items():
@@ -100,7 +102,7 @@ class Lobes:
     def findings(self) -> Iterator[Finding]:
         """Report maps that are broken, of other yarns, or of no lobes."""
         if self._is_old:
-            yield NONE("lists no lobe maps: standard shaders filter lobes as they may", TEXTURE_DIR)
+            yield NONE("no lobe maps are listed: standard shaders filter as they may", TEXTURE_DIR)
             return
         yield from self._of_yarns()
         with ExitStack() as stack:
@@ -109,17 +111,18 @@ class Lobes:
                 chain = _opened(path, stack)
                 if isinstance(chain, InputError):
                     yield BROKEN(str(chain), self._where(lobe_file(name)))
-                else:
+                    continue
+                faults = list(self._judge(name, chain))
+                yield from faults
+                if not faults:
                     chains[name] = chain
-                    yield from self._judge(name, chain)
             if len(chains) == len(self._paths):
                 yield from self._from_afar(chains)
 
     def _of_yarns(self) -> Iterator[Finding]:
         """Judge the textures of which the maps are the levels."""
-        for name, (roughness, length) in zip(
-            ("", *self._asset.yarns), self._spans.of_yarn, strict=False
-        ):
+        for number, name in enumerate(self._asset.yarns, start=1):
+            roughness, length = self._spans.of_yarn[number]
             if roughness[HIGH] > roughness[LOW] or length[HIGH] > length[LOW] + UNEVEN:
                 told = f"{roughness[LOW] / 255:.3f} to {roughness[HIGH] / 255:.3f}"
                 yield MIXED(f"{name} has roughnesses of {told}", self._where("roughness.png"))

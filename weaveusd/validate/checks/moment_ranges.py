@@ -60,10 +60,18 @@ def moment_ranges(asset: OpenAsset) -> Iterator[Finding]:
             for name in expected_maps(asset, system)
         }
         covered.append(maps["albedo"][..., 3])
-        for name, law, kept in _laws(maps, len(kinds_of(asset, system))):
+        with np.errstate(invalid="ignore"):
+            laws = list(_laws(maps, len(kinds_of(asset, system))))
+        for name, law, kept in laws:
             yield from _finding(asset, moment_file(system, name), law, kept)
-    if len(covered) == 2 and covered[0].shape == covered[1].shape:
-        kept = _least(covered[0]) + _least(covered[1]) <= 1
+    if len(covered) == len(SYSTEMS):
+        warp, weft = covered
+        if warp.shape != weft.shape:
+            yield FORMAT(
+                "the maps of the weft have another size than those of the warp", TEXTURE_DIR
+            )
+            return
+        kept = _least(warp) + _least(weft) <= 1
         yield from _finding(asset, moment_file("weft", "albedo"), "with the warp above 1", kept)
 
 
