@@ -27,7 +27,7 @@ LARGEST = 256
 
 MAX_LEVELS = 32
 
-MAX_TILE = 1024
+MAX_TILE = 256
 """Rows of a tile that are read at once."""
 
 

@@ -124,8 +124,9 @@ class Lobes:
         for number, name in enumerate(self._asset.yarns, start=1):
             roughness, length = self._spans.of_yarn[number]
             if roughness[HIGH] > roughness[LOW] or length[HIGH] > length[LOW] + UNEVEN:
-                told = f"{roughness[LOW] / 255:.3f} to {roughness[HIGH] / 255:.3f}"
-                yield MIXED(f"{name} has roughnesses of {told}", self._where("roughness.png"))
+                told = f"roughnesses of {roughness[LOW] / 255:.3f} to {roughness[HIGH] / 255:.3f}"
+                told += f", directions {length[LOW] / 127.5:.3f} to {length[HIGH] / 127.5:.3f} long"
+                yield MIXED(f"{name} has {told}", self._where("roughness.png"))
         if self._spans.loose:
             message = f"{self._spans.loose} texels that are not opaque have a lobe"
             yield MIXED(message, self._where("roughness.png"))
@@ -149,7 +150,7 @@ class Lobes:
         if fault := chain.fault():
             yield LEVELS(fault, where)
         worst = 0.0
-        for place in self._places[name]:
+        for place in self._places.get(name, ()):
             found = chain.rows(0, *place)
             expected = _finest(name, self._rows(place), found)
             apart = np.abs(found - expected).max() if found.size else np.nan
