@@ -17,6 +17,7 @@ import mitsuba as mi
 import numpy as np
 
 from weaveusd.render.geometry import Balls, Facets, Placed, Shape, Strands
+from weaveusd.render.lights.emitters import of_ball
 from weaveusd.render.model import Losses
 from weaveusd.render.quaternions import quaternions
 from weaveusd.render.shapes import ball_as_facets
@@ -260,7 +261,7 @@ def _sphere(matrix: Doubles, group: _Group) -> Any:
     if mirrors(matrix):
         matrix = matrix @ np.diag((-1.0, -1.0, -1.0, 1.0))
     entry = {"type": "sphere", "to_world": to_mitsuba(matrix), "bsdf": group.bsdf}
-    return entry if group.emitter is None else entry | {"emitter": group.emitter}
+    return entry if group.emitter is None else entry | {"emitter": of_ball(group.emitter, matrix)}
 
 
 def _keep_angles(matrices: Doubles) -> bool:

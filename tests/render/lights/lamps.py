@@ -39,6 +39,16 @@ def irradiance(stage: Usd.Stage, spp: int = 2048, **more: Any) -> tuple[float, l
     return float(found.mean()), losses
 
 
+def irradiances(stage: Usd.Stage, seeds: int = 8, spp: int = 2048) -> Any:
+    """Return the card's irradiance by each of some seeds, (seeds,)."""
+    from weaveusd.render.trace import trace
+    from weaveusd.render.translate import translate
+
+    scene = translate(stage, width=3, height=3).scene
+    found = [float(trace(scene, (3, 3), spp, seed).mean()) for seed in range(seeds)]
+    return np.array(found) * (np.pi / ALBEDO)
+
+
 def put(light: Any, *, at: Any = (0, 0, 0), turn: Any = (0, 0, 0), scale: Any = (1, 1, 1)) -> Any:
     """Place a light, rotations about x, y and z in degrees; return its matrix, (4, 4) columns."""
     light.AddTranslateOp().Set(Gf.Vec3d(*map(float, at)))

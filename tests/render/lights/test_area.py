@@ -12,6 +12,7 @@ from tests.render.lights.lamps import (
     corners,
     disk_beside,
     irradiance,
+    irradiances,
     polygon,
     put,
     rect,
@@ -241,11 +242,67 @@ def test_a_line_light_keeps_its_power(mi: Any, tmp_path: Path) -> None:
     light.CreateNormalizeAttr(True)
     light.CreateTreatAsLineAttr(True)
     world = put(light, at=(0, 0, 3))
-    found, losses = irradiance(stage)
     expected = tube(world, 0.002, 2.0) / (2 * np.pi * 0.002 * 2)
-    assert found == pytest.approx(expected, rel=0.01)
+    assert irradiances(stage) == pytest.approx(expected, rel=0.01)
+    _, losses = irradiance(stage, 4)
     assert len(losses) == 1
     assert "radius 0 is shown 0.001 of its length thick" in losses[0]
+
+
+def sliver(stage: Any, kind: str, radius: float) -> float:
+    """Define a light so thin, 1 aside and 6 above the card; return the irradiance there.
+
+    A disk and a ball give E = L π r² cos θ cos θ' / d², where θ' of a ball is 0.
+    """
+    at = np.array((1.0, 0.0, 6.0))
+    if kind == "rect":
+        light: Any = rect(stage, 2 * radius, 2.0)
+        return polygon(corners(put(light, at=at), 2 * radius, 2.0))
+    if kind == "tube":
+        light = UsdLux.CylinderLight.Define(stage, "/World/Light")
+        light.CreateRadiusAttr(radius)
+        light.CreateLengthAttr(2.0)
+        return tube(put(light, at=at), radius, 2.0)
+    kinds = {"disk": UsdLux.DiskLight, "ball": UsdLux.SphereLight}
+    light = kinds[kind].Define(stage, "/World/Light")
+    light.CreateRadiusAttr(radius)
+    put(light, at=at)
+    cosine = 6 / np.sqrt(37)
+    return np.pi * radius**2 / 37 * cosine * (cosine if kind == "disk" else 1)
+
+
+@pytest.mark.parametrize("radius", [1e-5, 1e-3, 0.02])
+@pytest.mark.parametrize("kind", ["rect", "tube", "disk", "ball"])
+def test_a_light_keeps_its_power_however_thin_it_is(
+    mi: Any, tmp_path: Path, kind: str, radius: float
+) -> None:
+    stage = card(tmp_path)
+    expected = sliver(stage, kind, radius)
+    assert irradiances(stage) == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("radius", [1e-5, 1e-3, 0.02])
+@pytest.mark.parametrize("kind", ["rect", "tube", "disk", "ball"])
+def test_a_ray_enters_a_light_once(mi: Any, tmp_path: Path, kind: str, radius: float) -> None:
+    """What is met behind a clear surface counts in full, as if it were seen through glass."""
+    from weaveusd.render.translate import translate
+
+    stage = card(tmp_path)
+    sliver(stage, kind, radius)
+    scene = translate(stage, width=3, height=3).scene
+    box = next(shape for shape in scene.shapes() if shape.is_emitter()).bbox()
+    low, high = np.array(box.min), np.array(box.max)
+    shares = np.random.default_rng(5).random((3, 1 << 16))
+    toward = low[:, None] + (high - low)[:, None] * shares
+    toward /= np.linalg.norm(toward, axis=0)
+    ray = mi.Ray3f(mi.Point3f(0), mi.Vector3f(toward.astype(np.float32)))
+    met, entered = scene.ray_intersect(ray), []
+    for _ in range(3):
+        entered.append(np.array(met.is_valid() & (met.wi.z > 0)))
+        met = scene.ray_intersect(met.spawn_ray(ray.d), met.is_valid())
+    first, *again = entered
+    assert first.mean() > 0.5
+    assert not np.any(again)
 
 
 def quadrants(path: Path) -> None:

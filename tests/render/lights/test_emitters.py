@@ -8,6 +8,7 @@ import pytest
 from weaveusd.render import variant
 from weaveusd.render.lights import emitters
 from weaveusd.render.lights.shaping import Shaping
+from weaveusd.render.xforms import to_mitsuba
 
 DOWN = np.array([(-1.0, 0, 0), (0, 1, 0), (0, 0, -1)])  # x, y and -z of a light turned about y
 SHAPED = Shaping(
@@ -24,6 +25,11 @@ def emitter(kind: str) -> dict[str, Any]:
         return {"spot": emitters.spot(np.array((0.5, 0, 2)), np.array((1.0, 2, 3)), SHAPED)}
     import mitsuba as mi
 
+    if kind == "ball":
+        matrix = np.array([(0.05, 0, 0, 0), (0, 0.05, 0, 0), (0, 0, 0.05, 2), (0, 0, 0, 1)])
+        bright = {"type": "area", "radiance": {"type": "rgb", "value": [1.0, 2.0, 3.0]}}
+        shining = emitters.of_ball(bright, matrix)
+        return {"ball": {"type": "sphere", "to_world": to_mitsuba(matrix), "emitter": shining}}
     place = mi.ScalarTransform4f().translate([0, 0, 2]).rotate([0, 1, 0], 180)
     glow = emitters.glow(WHITE, np.array((1.0, 2, 3)), SHAPED)
     return {"disk": {"type": "disk", "to_world": place, "emitter": glow}}
@@ -46,7 +52,7 @@ def render(kind: str, integrator: str, spp: int) -> Any:
     return np.array(image).mean(axis=(0, 1))
 
 
-@pytest.mark.parametrize("kind", [emitters.SUN, emitters.SPOT, emitters.GLOW])
+@pytest.mark.parametrize("kind", [emitters.SUN, emitters.SPOT, emitters.GLOW, "ball"])
 def test_variants_and_integrators_agree_on_our_emitters(mi: Any, kind: str) -> None:
     vectorized = render(kind, "path", 4096)
     assert vectorized.min() > 0

@@ -1,25 +1,27 @@
 """Lights with a surface: rect, disk, sphere and cylinder.
 
 Radiance is L of `emission`, divided with `normalize` by the area in the units of the stage. What
-Mitsuba's own shapes cannot take, a stretched sphere or a squeezed tube, becomes a mesh.
+Mitsuba's own shapes cannot take becomes a mesh: stretched spheres, and tubes. Its cylinder is met
+up to a third of its radius off where it is thin and far, so that a ray that has just entered may
+enter once more, and then counts without the weight that shadow rays leave it.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import mitsuba as mi
 import numpy as np
 
 from weaveusd.render.lights import solids
-from weaveusd.render.lights.emitters import glow, spot
+from weaveusd.render.lights.emitters import glow, of_ball, spot
 from weaveusd.render.lights.inputs import Inputs, Refused, bounded, emission
 from weaveusd.render.lights.pictures import on_rectangle, read_picture
 from weaveusd.render.lights.shaping import read_shaping
 from weaveusd.render.xforms import (
     Placing,
-    mirrors,
     rotation,
     scaling,
     singular,
@@ -70,15 +72,15 @@ def sphere(inputs: Inputs, placing: Placing) -> Entry | Any:
     area = solids.ellipsoid_area(matrix[:3, :3])
     scale = uniform_scale(world)
     if scale is None:
-        made = solids.ellipsoid(placing.world(inputs.prim) @ scaling(radius, radius, radius))
-        return _mesh(inputs, placing, made, area)
+        place = placing.world(inputs.prim) @ scaling(radius, radius, radius)
+        return _mesh(inputs, placing, solids.ellipsoid, place, area)
     place = np.eye(4)
     place[:3, 3] = placing.world(inputs.prim)[:3, 3]
     across = radius * scale * placing.scale
     return _shape("sphere", inputs, placing, place @ scaling(across, across, across), area)
 
 
-def cylinder(inputs: Inputs, placing: Placing) -> Entry | Any:
+def cylinder(inputs: Inputs, placing: Placing) -> Any:
     """Return an open tube along X that shines outward; one of radius 0 is given a thin one."""
     radius, length = inputs.extent("radius", 0.5), inputs.extent("length", 1.0)
     if radius == 0:
@@ -86,27 +88,25 @@ def cylinder(inputs: Inputs, placing: Placing) -> Entry | Any:
             inputs.prim, f"cylinder light of radius 0 is shown {_LINE:g} of its length thick"
         )
         radius = length * _LINE
-    # Mitsuba's tube and ours run along z, from 0 to 1. Mitsuba would turn a mirrored one inside
-    # out, and a tube is its own mirror image.
-    hand = -1 if mirrors(placing.unscaled(inputs.prim)) else 1
-    turn = rotation("Y", 90) @ scaling(radius, hand * radius, length)
+    turn = rotation("Y", 90) @ scaling(radius, radius, length)  # a tube of ours runs along z
     turn[0, 3] = -length / 2
-    matrix = placing.unscaled(inputs.prim) @ turn
-    area = solids.tube_area(matrix[:3, :3])
-    if uniform_scale(placing.unscaled(inputs.prim)) is None:
-        return _mesh(inputs, placing, solids.tube(placing.world(inputs.prim) @ turn), area)
-    return _shape("cylinder", inputs, placing, placing.world(inputs.prim) @ turn, area)
+    area = solids.tube_area((placing.unscaled(inputs.prim) @ turn)[:3, :3])
+    return _mesh(inputs, placing, solids.tube, placing.world(inputs.prim) @ turn, area)
 
 
-def emitter(inputs: Inputs, placing: Placing, area: float, texture: Any = None) -> Entry:
+def emitter(
+    inputs: Inputs, placing: Placing, area: float, texture: Any = None, share: float = 1.0
+) -> Entry:
     """Return what makes a shape of this area, in units of the stage, shine as the light says.
+
+    `share` is the area over that of the shape which stands for it: its power stays.
 
     Raises
     ------
     Refused
         When the light has no extent, or one of its numbers is none.
     """
-    brightness = radiance(inputs, area)
+    brightness = bounded(radiance(inputs, area) * share)
     shaping = read_shaping(inputs, placing.world(inputs.prim))
     if texture is None and shaping.neutral:
         return {"type": "area", "radiance": _rgb(brightness)}
@@ -141,14 +141,24 @@ def _shape(
     if singular(matrix):
         raise Refused("light has no extent")
     shining = emitter(inputs, placing, area, texture)
+    if kind == "sphere":
+        shining = of_ball(shining, matrix)
     return {"type": kind, "to_world": to_mitsuba(matrix), "bsdf": CLEAR, "emitter": shining}
 
 
-def _mesh(inputs: Inputs, placing: Placing, made: solids.Solid, area: float) -> Any:
-    """Return a clear mesh that shines outward."""
+def _mesh(
+    inputs: Inputs, placing: Placing, make: Callable[[Doubles], solids.Solid], matrix: Doubles,
+    area: float,
+) -> Any:  # fmt: skip
+    """Return a clear mesh that shines outward; the least thickness it is given costs no power."""
+    made = make(solids.at_least_fine(matrix))
+    shown = made.area() / placing.scale**2
+    if not 0 < shown < math.inf:
+        raise Refused("light has no extent")
+    shining = emitter(inputs, placing, area, share=area / shown)
     properties = mi.Properties()
     properties["mesh_bsdf"] = mi.load_dict(CLEAR, parallel=False)
-    properties["mesh_emitter"] = mi.load_dict(emitter(inputs, placing, area), parallel=False)
+    properties["mesh_emitter"] = mi.load_dict(shining, parallel=False)
     return solids.to_mesh(str(inputs.prim.GetPath()), made, properties)
 
 

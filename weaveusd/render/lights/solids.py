@@ -19,13 +19,30 @@ if TYPE_CHECKING:
 _AROUND, _DOWN = 192, 96
 """Faces about the axis and from pole to pole: a silhouette is 2e-4 smaller than the solid's."""
 
+_LEAST = 2e-5
+"""Least axis over the farthest coordinate: a face about it is then some five steps of float32."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solid:
     """A triangle mesh, its triangles counter-clockwise seen from outside."""
 
-    points: Doubles  # (P, 3)
+    points: NDArray[np.float32]  # (P, 3)
     triangles: NDArray[np.uint32]  # (T, 3)
+
+    def area(self) -> float:
+        """Return the sum of the areas of its triangles."""
+        return float(_triangle_areas(self.points.astype(np.float64), self.triangles).sum())
+
+
+def at_least_fine(matrix: Doubles) -> Doubles:
+    """Return a (4, 4) matrix whose axes are long enough for corners in single precision."""
+    axes, shift = matrix[:3, :3], matrix[:3, 3]
+    lengths = np.linalg.norm(axes, axis=0)
+    least = _LEAST * float((np.abs(shift) + np.abs(axes).sum(axis=1)).max())
+    made = matrix.copy()
+    made[:3, :3] *= np.maximum(lengths, least) / np.where(lengths > 0, lengths, 1)
+    return made
 
 
 def ellipsoid(matrix: Doubles) -> Solid:
@@ -76,8 +93,8 @@ def to_mesh(name: str, solid: Solid, properties: Any) -> Any:
     """Return Mitsuba's mesh with flat faces; `properties` carry its BSDF and emitter."""
     shape = mi.Mesh(name, len(solid.points), len(solid.triangles), props=properties)
     parameters = mi.traverse(shape)
-    parameters["vertex_positions"] = np.ascontiguousarray(solid.points, np.float32).ravel()
-    parameters["faces"] = np.ascontiguousarray(solid.triangles, np.uint32).ravel()
+    parameters["vertex_positions"] = solid.points.ravel()
+    parameters["faces"] = solid.triangles.ravel()
     parameters.update()
     return shape
 
@@ -97,12 +114,15 @@ def _placed(rings: Doubles, matrix: Doubles) -> Solid:
                (row + 1) * around + after, row * around + after]  # fmt: skip
     a, b, c, d = (corner.ravel() for corner in corners)
     triangles = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
-    points = rings.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
+    points = (rings.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]).astype(np.float32)
     # At a pole two corners of a triangle fall together.
-    sides = np.cross(points[triangles[:, 1]] - points[triangles[:, 0]],
-                     points[triangles[:, 2]] - points[triangles[:, 0]])  # fmt: skip
-    area = np.linalg.norm(sides, axis=1)
+    area = _triangle_areas(points.astype(np.float64), triangles)
     triangles = triangles[area > area.max() * 1e-9]
     if mirrors(matrix):
         triangles = triangles[:, ::-1]
-    return Solid(points, triangles.astype(np.uint32))
+    return Solid(points, np.ascontiguousarray(triangles, np.uint32))
+
+
+def _triangle_areas(points: Doubles, triangles: NDArray[Any]) -> Doubles:
+    a, b, c = np.moveaxis(points[triangles], 1, 0)
+    return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
