@@ -51,13 +51,13 @@ MATTE = "linen"
 DRAFTS = ("plain", "twill:2/2", "satin:5:2", "damask 60")
 SIZES = {
     "1/4": (0.25, 0.25), "1/2": (0.5, 0.5), "1": (1, 1), "2": (2, 2), "4": (4, 4),
-    "4 x 1/4": (4, 0.25), "1/4 x 4": (0.25, 4), "8 x 1": (8, 1), "tile": None,
+    "4 x 1/4": (4, 0.25), "1/4 x 4": (0.25, 4), "8 x 1": (8, 1), "16": (16, 16), "tile": None,
 }  # fmt: skip
 """Width and height of the footprints in threads."""
 
 PER_THREAD = 20
 MOST_TEXELS, MOST_OF_TILE = 512, 4096
-LEVELS = ("1", "2", "4", "8 x 1")
+LEVELS = ("1", "2", "4", "8 x 1", "16")
 """Footprints that a mip map with a texel a crossing has to serve."""
 
 SHADED = {"lean": (LEAN, False), "ours": (FULL, False),
@@ -150,7 +150,7 @@ def _faults(seen: dict[tuple[str, str], dict[str, list[Seen]]]) -> list[str]:
         ("tile, mean radiance, most off", RADIANCE,
          lambda way: max(abs(_radiance(s["tile"], way)) for s in seen.values())),
         *(
-            (f"{size} crossings, largest error", LEVEL_MOST,
+            (f"{size} threads, largest error", LEVEL_MOST,
              lambda way, size=size: max(_mean(s[size], way) for s in seen.values()))
             for size in LEVELS
         ),
@@ -250,7 +250,8 @@ def _window(cloth: Cloth, size: tuple[float, float], rng: np.random.Generator) -
     high, wide = cloth.texels["opacity"].shape[:2]
     rows = max(2, round(size[1] * high / cloth.made.picks))
     columns = max(2, round(size[0] * wide / cloth.made.ends))
-    return _quarters(rng.integers((high, wide)), (rows, columns), (high, wide), MOST_TEXELS)
+    most = MOST_TEXELS if max(size) < 16 else MOST_OF_TILE
+    return _quarters(rng.integers((high, wide)), (rows, columns), (high, wide), most)
 
 
 def _everything(cloth: Cloth) -> list[Values]:
