@@ -51,6 +51,31 @@ def test_a_highlight_is_narrow_along_a_silk_of_flat_floats():
     assert found.isotropic.alpha_along == found.isotropic.alpha_across
 
 
+@pytest.mark.parametrize("preset", ["charmeuse", "polyester", "shot_silk"])
+def test_from_afar_one_lobe_stands_for_the_tile_about_as_well_as_each_yarn_s_own(preset):
+    found = fits.fit_standard(*seen(preset))
+    afar, errors = found.afar, found.errors
+    assert errors.openpbr_afar < errors.openpbr + 0.1
+    assert errors.preview_afar < errors.preview + 0.1
+    assert afar.openpbr.alpha_along >= min(fit.alpha_along for fit in found.yarns)
+    assert afar.preview.alpha_along == afar.preview.alpha_across
+    # The constants of a network are the same at every distance.
+    for one, yarns in ((afar.openpbr, found.yarns), (afar.preview, found.isotropic_yarns)):
+        assert {(one.f0, one.base)} == {(fit.f0, fit.base) for fit in yarns}
+
+
+@pytest.mark.parametrize(("draft", "fibres"), [("satin:5:2", "warp"), ("sateen:5:2", "weft")])
+def test_from_afar_the_highlight_lies_across_the_floats_that_show(draft, fibres):
+    assert fits.fit_standard(*seen("polyester", notation=draft)).afar.fibres == fibres
+
+
+def test_each_yarn_has_a_roughness_for_shaders_that_know_no_direction():
+    found = fits.fit_standard(*seen("charmeuse"))
+    assert len(found.isotropic_yarns) == len(found.yarns)
+    for fit in found.isotropic_yarns:
+        assert fit.alpha_along == fit.alpha_across
+
+
 def test_the_same_cloth_gets_the_same_fit_at_nearly_any_resolution():
     coarse, again, fine = (fits.fit_standard(*seen("linen", r)) for r in (96, 96, 384))
     assert coarse == again

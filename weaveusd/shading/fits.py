@@ -8,8 +8,8 @@ which the tile's reflectance is nearly linear, follow by least squares within th
 of the pairs of directions are fitted, the error is that of the other half.
 
 From afar a renderer's maps have one texel for the tile: one lobe about the cloth's own normal has
-to stand for all yarns. It is searched on the same grid, its fibres along warp or weft; F0 and the
-base are constants of a network and stay those of the yarns.
+to stand for all yarns. It is searched on the same grid, its fibres along warp or weft, and none
+sharper than the sharpest yarn's; F0 and the base are constants of a network and stay the yarns'.
 """
 
 from __future__ import annotations
@@ -86,10 +86,11 @@ def fit_standard(
 
     color = mean_color(weave, texels)
     flat = {s: flat_part(color, np.array(f, float), wi, wo, ALPHAS) for s, f in FIBRES.items()}
-    wide = {s: tile.standing_in(part, openpbr, every) for s, part in flat.items()}
+    wide = {s: tile.standing_in(part, openpbr, _no_sharper(chosen)) for s, part in flat.items()}
     fibres = min(wide, key=lambda system: tile.misfit(wide[system][1].value))
     far, openpbr_afar = wide[fibres]
-    round_, preview_afar = tile.standing_in(flat[fibres], preview, equal)
+    rounder = [k for k in _no_sharper(even) if k in equal]
+    round_, preview_afar = tile.standing_in(flat[fibres], preview, rounder)
     solutions = openpbr, standard, preview, openpbr_afar, preview_afar
     return StandardFits(
         together=_fit(together, standard),
@@ -99,6 +100,12 @@ def fit_standard(
         afar=FitsAfar(_fit(far, openpbr_afar), fibres, _fit(round_, preview_afar)),
         errors=FitErrors(*map(tile.error, solutions)),
     )
+
+
+def _no_sharper(chosen: Sequence[int]) -> list[int]:
+    """Return the candidates that are no sharper than the sharpest of `chosen`: bends widen."""
+    least = min(ALPHAS[k][0] for k in chosen)
+    return [k for k, (along, _) in enumerate(ALPHAS) if along >= least]
 
 
 def _of_yarns(
