@@ -28,7 +28,8 @@ def moment_pictures(asset: OpenAsset) -> list[Exhibit]:
     """Return a picture of each moment map that can be read; of assets without them none.
 
     That of the albedo is its color on black; the others show their four components in gray, side
-    by side and from the top, those that can be negative from -1 to 1, all others from 0 to 1.
+    by side and from the top: black 0 and white the largest value, which the text tells, or black
+    its opposite where there are values below 0.
     """
     if asset.lacks("shader") or asset.lacks("moments"):
         return []
@@ -41,9 +42,12 @@ def moment_pictures(asset: OpenAsset) -> list[Exhibit]:
             except InputError:
                 continue  # texture/moments reports it
             described = MOMENT_MAPS[name]
-            text = f"{file}, {texels.shape[1]} × {texels.shape[0]}: "
-            text += ", ".join(described.components)
-            source = _color(asset, texels) if name == "albedo" else _sheet(texels)
+            largest = np.nan_to_num(np.abs(texels.astype(np.float64))).max(axis=(0, 1))
+            text = f"{file}, {texels.shape[1]} × {texels.shape[0]}: " + ", ".join(
+                f"{component} to {value:.2g}"
+                for component, value in zip(described.components, largest, strict=True)
+            )
+            source = _color(asset, texels) if name == "albedo" else _sheet(texels, largest)
             shown.append(Exhibit(GROUP, f"{system}: {described.meaning}", text, source))
     return shown
 
@@ -53,13 +57,13 @@ def _color(asset: OpenAsset, texels: NDArray[Any]) -> str:
     return of_linear(texels_to_rec709(color, asset.color_space))
 
 
-def _sheet(texels: NDArray[Any]) -> str:
+def _sheet(texels: NDArray[Any], largest: NDArray[np.float64]) -> str:
     """Return the components as four pictures in one: two beside each other, two below."""
     values = np.nan_to_num(_thinned(texels, LONGEST // 2).astype(np.float64))
     height, width = values.shape[:2]
     sheet = np.ones((2 * height + GAP, 2 * width + GAP))
     for k in range(4):
-        one = values[..., k]
+        one = values[..., k] / max(float(largest[k]), 1e-6)
         row, column = k // 2 * (height + GAP), k % 2 * (width + GAP)
         sheet[row : row + height, column : column + width] = one / 2 + 0.5 if one.min() < 0 else one
     levels = np.rint(np.clip(sheet, 0, 1) * 255).astype(np.uint8)

@@ -17,8 +17,8 @@ _NOTES = {
     "Networks": "What other renderers make of the asset, beside the exact cloth.",
     "Channels": "Texels at even steps, none mixed; the top row of the file is at the top.",
     "Moment maps": "What warp and weft do below each texel, for a cloth seen from afar: albedo in "
-    "color, all else component by component from the left and from the top, black 0 and white 1, "
-    "or black −1 and white 1 where there are values below 0.",
+    "color, all else component by component from the left and from the top, white the largest "
+    "value, and black 0 or the opposite of the largest where there are values below 0.",
 }
 
 
