@@ -61,12 +61,12 @@ bool weaveusd_is_mapped(WeaveusdSystem warp, WeaveusdSystem weft)
     return weaveusd_coverage(warp) + weaveusd_coverage(weft) > WEAVEUSD_NOTHING;
 }
 
-// How much of the cloth is seen from afar, 0 where a footprint is below one texel of the finest
-// maps and 1 from two texels on: `dx` and `dy` are what texture coordinates in such texels change
-// by from pixel to pixel. The longer side counts, as it does for the mip maps.
+// How much of the cloth is seen from afar, 0 where a footprint is below half a texel of the finest
+// maps and 1 from one texel on: `dx` and `dy` are what texture coordinates in such texels change by
+// from pixel to pixel. The longer side counts, as it does for the mip maps.
 float weaveusd_farness(vec2 dx, vec2 dy)
 {
-    return clamp(0.5 * log2(max(max(dot(dx, dx), dot(dy, dy)), 1e-12)), 0.0, 1.0);
+    return clamp(1.0 + 0.5 * log2(max(max(dot(dx, dx), dot(dy, dy)), 1e-12)), 0.0, 1.0);
 }
 
 // The ends of two parts of equal share of what rises, from the means of S and S^2: one box, or two

@@ -39,7 +39,7 @@ FAR, GROWING = "far", "growing"
 def write(systems: Sequence[Footprint], folder: Path, footprint: str = FAR, side: int = 1) -> Path:
     """Write a document with a node that has the moments of `systems`, and its library beside it.
 
-    The footprint is `FAR` above two texels, or `GROWING` from left to right and upwards: the
+    The footprint is `FAR` above a texel, or `GROWING` from left to right and upwards: the
     coordinates in texels are then 1.6 SIZE st². A `side` of −1 turns the back of the cloth to +z.
     """
     folder.mkdir()
@@ -188,9 +188,9 @@ def test_near_is_the_yarn_alone_and_goes_over_into_far_without_a_step(tmp_path):
     at = (np.arange(SIZE) + 0.5) / SIZE
     change = np.repeat(np.diff((1.6 * SIZE * at**2).reshape(-1, 2)), 2)
     footprint = np.maximum(change[:, None], change)
-    farness = np.clip(np.log2(footprint), 0, 1)[..., None]
+    farness = np.clip(1 + np.log2(footprint), 0, 1)[..., None]
     assert {0.0, 1.0} < set(farness.ravel().tolist())
-    np.testing.assert_array_equal(growing[footprint < 1], near[footprint < 1])
+    np.testing.assert_array_equal(growing[footprint < 0.5], near[footprint < 0.5])
     expected = near * (1 - farness) + far * farness
     np.testing.assert_allclose(growing, expected, atol=1e-5 * expected.max())
 
