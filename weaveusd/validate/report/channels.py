@@ -58,7 +58,7 @@ def _picture(asset: OpenAsset, channel: Channel, texels: NDArray[Any]) -> str:
     if channel.name == "fibre_angle":
         share = np.concatenate([values / 2 + 0.5, np.full_like(values[..., :1], 0.5)], axis=-1)
         return of_display(_levels(share))
-    if channel.name == "rotation":
+    if channel.name == "rotation" and texels.dtype == np.uint8 and texels.shape[-1] == 3:
         return of_display(texels)
     finite = values[np.isfinite(values)]
     low, high = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
