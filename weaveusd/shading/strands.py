@@ -132,7 +132,7 @@ def _patch(arc: Box, half: Box, section: Section) -> _Patch:
 
 def _facing(views: tuple[_View, ...], patch: _Patch, count: int) -> Iterator[_Place]:
     """Yield `count` places across what somewhere along the arc faces all `views`."""
-    bounds = [_across(v, v.phi, v.aside, 1.0, patch) for v in views]
+    bounds = [_across(v, np.clip(v.phi, *patch.slopes), 1.0, patch) for v in views]
     low, high = _inside(patch.half, bounds)
     for k in range(count):
         ends = low + k / count * (high - low), low + (k + 1) / count * (high - low)
@@ -149,7 +149,7 @@ def _beyond(views: tuple[_View, ...], patch: _Patch) -> _Place:
     """
     low, high = patch.slopes
     worst = [np.where(np.abs(low - v.phi) > np.abs(high - v.phi), low, high) for v in views]
-    bounds = [_across(v, u, -v.aside, -1.0, patch) for v, u in zip(views, worst, strict=True)]
+    bounds = [_across(v, u, -1.0, patch) for v, u in zip(views, worst, strict=True)]
     across = _inside(patch.half, bounds)
     x = 0.5 * (across[0] + across[1])
     begins, ends = zip(*(_along(view, x, patch.section) for view in views), strict=True)
@@ -183,15 +183,12 @@ def _view(w: Doubles, face: Doubles) -> _View:
     return _View(face * w[:, 0], np.maximum(np.hypot(y, z), 1e-12), np.arctan2(y, z))
 
 
-def _across(
-    view: _View, best: Doubles, aside: Doubles, face: float, patch: _Patch
-) -> tuple[Doubles, Doubles]:
-    """Return the bounds (P,) in X of yarn inclined by `best`, or nearly so, that faces `view`.
+def _across(view: _View, u: Doubles, face: float, patch: _Patch) -> tuple[Doubles, Doubles]:
+    """Return the bounds (P,) in X of yarn inclined by `u` that faces `view`, or for −1 does not.
 
     n·ω ∝ ρ X ω_x + cos v c changes its sign once, at X = −c / √(c² + ρ² ω_x²) on the side of ω_x.
     """
-    u = np.clip(best, *patch.slopes)
-    c = face * view.level * np.cos(u - view.phi)
+    c, aside = face * view.level * np.cos(u - view.phi), face * view.aside
     border = c / np.maximum(np.hypot(c, patch.section.flatness * aside), 1e-12)
     return np.where(aside > 0, -border, -1), np.where(aside < 0, border, 1)
 
