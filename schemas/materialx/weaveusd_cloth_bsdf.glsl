@@ -10,6 +10,7 @@
 #include "libraries/pbrlib/genglsl/lib/mx_microfacet_specular.glsl"
 #define WEAVEUSD_ATAN(y, x) mx_atan(y, x)
 #include "weaveusd_cloth.glsl"
+#include "weaveusd_footprint.glsl"
 #include "weaveusd_distance.glsl"
 
 // What the surface lobe shows of an environment, for a directional albedo of 1: a GGX lobe with the

@@ -68,7 +68,7 @@ def test_the_document_is_valid_knows_its_node_and_finds_every_file(folder):
                 assert (folder / put.getValueString()).is_file(), put.getValueString()
     assert {file.name for file in (folder / MATERIALX_NODE_DIR).iterdir()} == {
         "weaveusd_cloth.mtlx", "weaveusd_cloth.glsl", "weaveusd_cloth_bsdf.glsl",
-        "weaveusd_distance.glsl",
+        "weaveusd_footprint.glsl", "weaveusd_distance.glsl",
     }  # fmt: skip
 
 
