@@ -71,13 +71,11 @@ def yarn_lobes(fits: StandardFits) -> YarnLobes:
     """
     rows = []
     for fit, even in zip(fits.yarns, fits.isotropic_yarns, strict=True):
-        total = fit.alpha_across + fit.alpha_along
-        stretch = (fit.alpha_across - fit.alpha_along) / total
-        shading, round_ = standard_shading(fit), standard_shading(even)
-        rows.append(
-            (shading.openpbr_roughness, total / 2, stretch, even.alpha_across,
-             round_.preview_roughness)
-        )  # fmt: skip
+        shading, mean = standard_shading(fit), (fit.alpha_across + fit.alpha_along) / 2
+        # With a = 1 − α_b/α_t.
+        stretch = shading.openpbr_anisotropy / (2 - shading.openpbr_anisotropy)
+        rough = shading.openpbr_roughness, standard_shading(even).preview_roughness
+        rows.append((rough[0], mean, stretch, even.alpha_across, rough[1]))
     return YarnLobes(*np.array(rows, np.float32).T.copy())
 
 
