@@ -179,7 +179,6 @@ vec2 weaveusd_system(vec3 wi, vec3 wo, float side, WeaveusdSystem yarns)
     vec3 to_light = weaveusd_view(wo, outside * side);
 
     vec2 sent = vec2(0.0);
-    float turned = 1.0; // two points of mean and variance, each at every other frame
     for (int i = 0; i < 5; ++i)
     {
         vec2 arc = i == 0 ? vec2(0.0)
@@ -190,18 +189,17 @@ vec2 weaveusd_system(vec3 wi, vec3 wo, float side, WeaveusdSystem yarns)
         {
             continue;
         }
-        turned = -turned;
-        float here = turned;
         for (int j = 0; j < 2; ++j)
         {
             float part = j == 0 ? parts.x : parts.y;
             if (part > WEAVEUSD_NOTHING)
             {
-                float sin_psi = clamp(across.z + here * deviation, -1.0, 1.0);
-                here = -here;
+                // Two points of mean and variance, each at every other strand.
+                float psi = across.z + ((i + j) % 2 == 0 ? -deviation : deviation);
                 sent += share * part
                         * weaveusd_patch(wi, wo, side, to_viewer, to_light, arc,
-                                         j == 0 ? halves.xy : halves.zw, sin_psi, yarns);
+                                         j == 0 ? halves.xy : halves.zw, clamp(psi, -1.0, 1.0),
+                                         yarns);
             }
         }
     }

@@ -242,3 +242,13 @@ def test_the_mean_of_a_profile_is_its_integral_over_the_length(is_gaussian):
     np.testing.assert_allclose(found, expected, rtol=1e-3)
     back = mean_profile(0.1, high, low, is_gaussian=is_gaussian)
     np.testing.assert_allclose(found, back, rtol=1e-12)
+
+
+@pytest.mark.parametrize("nodes", [FULL, LEAN])
+def test_a_trace_of_straight_yarn_changes_nothing(nodes):
+    """Which strand has which twist does not hang on what else there is."""
+    moments = bent(twist=0.2)
+    moments[m.TWIST_PP] = 0.1
+    none = evaluate(WI, WO, [footprint(moments)], nodes)
+    moments[m.FLAT] = 2e-7
+    np.testing.assert_allclose(evaluate(WI, WO, [footprint(moments)], nodes), none, rtol=1e-4)

@@ -36,7 +36,8 @@ def arcs(moments: Doubles, count: int) -> list[Box]:
     """Return boxes in S: the straight part, and `count` of equal share of each slope.
 
     A slope is one box, or two that adjoin at its median, the first from S = 0, where floats of
-    unlike lengths give a variance that no box can have.
+    unlike lengths give a variance that no box can have. What there is none of has boxes without
+    share, so that each box has its place in the list.
     """
     boxes = [Box(0.0, 0.0, float(moments[m.FLAT]))]
     for share, first, second, sign in (
@@ -48,7 +49,9 @@ def arcs(moments: Doubles, count: int) -> list[Box]:
             ends = _quantiles(sign * moments[first] / whole, moments[second] / whole, count)
             pairs = (sorted((sign * a, sign * b)) for a, b in pairwise(ends))
             boxes += [Box(low, high, whole / count) for low, high in pairs]
-    return [box for box in boxes if box.share > NOTHING]
+        else:
+            boxes += [Box(0.0, 0.0, 0.0)] * count
+    return boxes
 
 
 def _quantiles(mean: float, square: float, count: int) -> list[float]:

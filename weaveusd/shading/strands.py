@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from weaveusd.shading.footprint import POINT, Box, arcs, halves, twist
+from weaveusd.shading.footprint import NOTHING, POINT, Box, arcs, halves, twist
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -94,7 +94,10 @@ def strands(
     mean, deviation = twist(moments)
     across = halves(moments)
     for i, arc in enumerate(arcs(moments, nodes.arcs)):
-        for j, half in enumerate(across):
+        if arc.share <= NOTHING:
+            continue
+        for half in across:
+            j = int(half.low + half.high < 0)
             patch = _patch(arc, half, section)
             places = list(_facing(views, patch, nodes.across))
             if nodes.beyond:
