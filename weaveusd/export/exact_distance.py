@@ -45,11 +45,11 @@ def connect_moments(
         section = (maps.flatness, maps.curvature)
         set_numbers(cloth, f"{maps.system}_section", "vector2", *section)
         for put, names in (("fibres", FIBRES), ("lobes", LOBES)):
-            numbers = [number for row in kind_rows(material, maps, names) for number in row]
+            numbers = [number for row in _kind_rows(material, maps, names) for number in row]
             set_numbers(cloth, f"{maps.system}_{put}", "matrix44", *numbers)
 
 
-def kind_rows(
+def _kind_rows(
     material: ClothMaterial, maps: SystemMaps, names: tuple[str, ...]
 ) -> list[tuple[float, ...]]:
     """Return `contract.MAX_KINDS` rows of four: the optics `names` of each kind, then zeros.
