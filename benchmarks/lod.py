@@ -5,8 +5,8 @@
 A drape of shot silk, published as an asset, is rendered with pixels of 0.9 mrad (a lens of 40° on
 768 pixels) at five distances: 16 samples a pixel of `auto` and of `full` against `--spp` of `full`.
 A flat sheet that recedes to the horizon is looked at for moiré: the spectrum of what a picture
-differs by from the reference has no line that noise has not. Costs are processor times, in turns.
-The exit status is 1 when the mean of a picture is more than 3 % from that of the reference.
+differs by from the reference has no line that noise has not. Costs are processor times, the least
+of several turns of both. The exit status is 1 when a goal is missed.
 """
 
 from __future__ import annotations
@@ -47,8 +47,9 @@ PIXEL = 0.9e-3
 SIDE = 96
 FEW = 16
 TRIALS = 4
-COST_SPP, COST_TURNS = 128, 4
-WORST_MEAN = 0.03
+COST_SPP, COST_TURNS = 144, 8
+WORST_MEAN, FEWER_SAMPLES, MOST_COST, MOIRE = 0.03, 8.0, 1.1, 1.1
+GOALS_AT = 10.0
 CELLS = 160
 DRAPE_M, SHEET_M = 0.6, 400.0
 
@@ -162,16 +163,24 @@ def peak(difference: np.ndarray) -> float:
 
 
 def cost(full: Any, auto: Any) -> float:
-    """Return the processor time of auto over that of full, the median of turns."""
-    ratios = []
+    """Return the processor time of auto over that of full, the least of turns of both."""
+    least = [float("inf")] * 2
     for turn in range(COST_TURNS + 1):
-        times = []
-        for of in (full, auto) if turn % 2 else (auto, full):
+        for k, of in enumerate((full, auto)):
             begin = time.process_time()
             trace(of, (SIDE, SIDE), COST_SPP, turn)
-            times.append(time.process_time() - begin)
-        ratios.append(times[1] / times[0] if turn % 2 else times[0] / times[1])
-    return float(np.median(ratios[1:]))
+            spent = time.process_time() - begin
+            if turn:  # the first compiles
+                least[k] = min(least[k], spent)
+    return least[1] / least[0]
+
+
+def judged(what: str, found: float, limit: float, *, at_least: bool = False) -> bool:
+    """Print whether a goal is met, and return it."""
+    met = found >= limit if at_least else found <= limit
+    sign = "at least" if at_least else "at most"
+    print(f"{what}: {found:.3g}, goal {sign} {limit:g}: {'met' if met else 'MISSED'}")
+    return met
 
 
 def main() -> int:
@@ -185,7 +194,7 @@ def main() -> int:
         bsdfs = [cloth(Path(done.asset.entry), levels=levels) for levels in (False, True)]
     print(f"{'distance':>9} {'mean':>7} {'relMSE full':>12} {'auto':>8} {'auto, all':>10}"
           f" {'FLIP full':>10} {'auto':>7} {'fewer samples':>14} {'cost':>6}")  # fmt: skip
-    columns, worst = [], 0.0
+    columns, worst, costs, saved = [], 0.0, {}, {}
     for metres, sky in (*((metres, True) for metres in DISTANCES_M), (10.0, False)):
         full, auto = (at_distance(bsdf, metres, sky) for bsdf in bsdfs)
         reference = averaged(full, asked.spp, 1)
@@ -195,10 +204,11 @@ def main() -> int:
         flips = [float(np.mean([flip(p, reference) for p in pictures])) for pictures in few]
         mean = converged.mean() / reference.mean() - 1
         worst = max(worst, abs(mean))
+        costs[metres, sky], saved[metres, sky] = cost(full, auto), errors[0] / errors[1]
         where = f"{metres:5.1f} m{' ' if sky else '*'}"
         print(f"{where:>9} {mean:+7.3f} {errors[0]:12.4f} {errors[1]:8.4f}"
               f" {rel_mse(converged, reference):10.5f} {flips[0]:10.4f} {flips[1]:7.4f}"
-              f" {errors[0] / errors[1]:14.1f} {cost(full, auto):6.2f}", flush=True)  # fmt: skip
+              f" {saved[metres, sky]:14.1f} {costs[metres, sky]:6.2f}", flush=True)  # fmt: skip
         if sky:
             columns.append(np.concatenate([few[0][0], few[1][0], reference]))
     print("* under the lamp alone")
@@ -211,7 +221,14 @@ def main() -> int:
     if asked.figure:
         strip = np.concatenate(columns, axis=1).repeat(2, 0).repeat(2, 1)
         write_png8(asked.figure, np.rint(display(strip) * 255).astype(np.uint8))
-    return int(worst > WORST_MEAN)
+    goals = [
+        judged("difference of the mean, largest", worst, WORST_MEAN),
+        judged(f"fewer samples at {GOALS_AT:g} m", saved[GOALS_AT, True], FEWER_SAMPLES,
+               at_least=True),
+        judged("cost of a sample, largest", max(costs.values()), MOST_COST),
+        judged("strongest line over that of full", lines[1] / lines[0], MOIRE),
+    ]  # fmt: skip
+    return int(not all(goals))
 
 
 if __name__ == "__main__":
