@@ -200,6 +200,15 @@ def test_infinite_lobes_are_found_and_disturb_no_check(tmp_path: Path) -> None:
     assert codes(entry, "texture/lobes") == {"lobes-range"}
 
 
+def test_warp_and_weft_together_cover_no_more_than_all(tmp_path: Path) -> None:
+    entry = publish(tmp_path / "v001")
+    for path in (tmp_path / "v001" / "textures").glob("warp_*.exr"):
+        shutil.copy(path, path.with_name(path.name.replace("warp", "weft")))
+    found = validate(entry, checks=["texture/moments"]).findings
+    assert [finding.code for finding in found] == ["moments-range"]
+    assert "with the warp above 1" in found[0].message
+
+
 def test_maps_of_warp_and_weft_are_of_one_size(tmp_path: Path) -> None:
     entry = publish(tmp_path / "v001")
     look = tmp_path / "v001" / LOOK
