@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +13,7 @@ import pytest
 
 from tests.export.cloths import cloth, plain_weave, yarn
 from tests.export.glsl import Job, render, view
+from tests.export.node_documents import new_document, write_document
 from tests.weaves import plain, satin, twill, woven
 from weaveusd.contract import EXACT_FILE
 from weaveusd.export.asset import write_asset
@@ -22,7 +22,6 @@ from weaveusd.shading.distance import LEAN, evaluate
 from weaveusd.shading.material import ClothMaterial
 from weaveusd.shading.normalization import normalization
 from weaveusd.shading.shade import shade
-from weaveusd.stage import schema_dir
 from weaveusd.synth.moments import Footprint, moment_maps
 from weaveusd.synth.textures import synthesize
 from weaveusd.yarn.model import Optics
@@ -43,10 +42,7 @@ def write(systems: Sequence[Footprint], folder: Path, footprint: str = FAR, side
     coordinates in texels are then 1.6 SIZE st². A `side` of −1 turns the back of the cloth to +z.
     """
     folder.mkdir()
-    shutil.copytree(schema_dir() / "materialx", folder / "materialx")
-    made = mx.createDocument()
-    made.setColorSpace("lin_rec709")
-    node = made.addNode("weaveusd_cloth", "cloth", "BSDF")
+    made, node = new_document()
     st = made.addNode("texcoord", "st", "vector2")
     scaled = made.addNode("multiply", "texels", "vector2")
     scaled.setConnectedNode("in1", st)
@@ -74,15 +70,7 @@ def write(systems: Sequence[Footprint], folder: Path, footprint: str = FAR, side
         put(node, f"{name}_fibres", "matrix44", fibres)
         lobes = [x for o in rows for x in (o.gamma_s, o.gamma_v, n_v(o), 0)]
         put(node, f"{name}_lobes", "matrix44", lobes)
-    surface = made.addNode("surface", "surface", "surfaceshader")
-    surface.setConnectedNode("bsdf", node)
-    made.addNode("surfacematerial", "material", "material").setConnectedNode(
-        "surfaceshader", surface
-    )
-    mx.prependXInclude(made, "materialx/weaveusd_cloth.mtlx")
-    path = folder / "document.mtlx"
-    path.write_text(mx.writeToXmlString(made))
-    return path
+    return write_document(made, folder)
 
 
 def put(node: mx.Node, name: str, kind: str, numbers: Sequence[float]) -> None:

@@ -19,13 +19,12 @@ from MaterialX import (
 )
 
 from tests.export.glsl import Job, render, view
+from tests.export.node_documents import LIBRARY, new_document, write_document
 from weaveusd.contract import MOMENT_MAPS, SHADER_YARN_ARRAYS, SYSTEMS
 from weaveusd.shading import laws
 from weaveusd.shading.microcylinder import Parameters, evaluate
 from weaveusd.shading.normalization import normalization
-from weaveusd.stage import schema_dir
 
-LIBRARY = schema_dir() / "materialx"
 COLOR = np.array([0.2, 0.5, 0.9])
 GAIN = 1.25  # takes the last channel above 1
 
@@ -70,10 +69,7 @@ LIGHTS = [unit(0, 0, 1), unit(0.5, 0.3, 0.8), unit(-0.8, 0.1, 0.15), unit(0.1, 0
 
 def document(subject: Subject, folder: Path) -> Path:
     """Write a document with the node and its library beside it."""
-    shutil.copytree(LIBRARY, folder / "materialx")
-    made = mx.createDocument()
-    made.setColorSpace("lin_rec709")
-    cloth = made.addNode("weaveusd_cloth", "cloth", "BSDF")
+    made, cloth = new_document()
     optics = subject.optics
     n_v = normalization(*optics[:5])
     cloth.setInputValue("base_color", mx.Color3(*COLOR))
@@ -84,15 +80,7 @@ def document(subject: Subject, folder: Path) -> Path:
         constant = made.addNode("constant", name, "vector3")
         constant.addInput("value", "vector3").setValueString(", ".join(f"{x:.9g}" for x in vector))
         cloth.setConnectedNode(name, constant)
-    surface = made.addNode("surface", "surface", "surfaceshader")
-    surface.setConnectedNode("bsdf", cloth)
-    made.addNode("surfacematerial", "material", "material").setConnectedNode(
-        "surfaceshader", surface
-    )
-    mx.prependXInclude(made, "materialx/weaveusd_cloth.mtlx")
-    path = folder / "document.mtlx"
-    path.write_text(mx.writeToXmlString(made))
-    return path
+    return write_document(made, folder)
 
 
 def expected(subject: Subject, job: Job) -> np.ndarray:
