@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 
 _BITS = 12
@@ -23,7 +24,8 @@ _ODD = 0x9E3779B1
 
 def numbered(ray: Any, sample: Any, pixel: Any, seed: int) -> Any:
     """Return `ray` as that of a sample, an index within its pixel, for `evenly` to know."""
-    offset = mi.sample_tea_32(pixel, mi.UInt32(seed), 4)[0] % _MASK + 1
+    # Opaque, a seed leaves the kernel as it is.
+    offset = mi.sample_tea_32(pixel, dr.opaque(mi.UInt32, seed), 4)[0] % _MASK + 1
     ray.time = mi.Float(((sample & _MASK) << _BITS) + offset)
     return ray
 
