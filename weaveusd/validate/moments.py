@@ -76,6 +76,48 @@ class Remainder:
 
 
 @compiled
+def _fill(
+    a: float,
+    n: tuple[float, float, float],
+    t: tuple[float, float, float],
+    flatness: float,
+    curvature: float,
+    texel: Doubles,
+) -> float:
+    """Fill in the first twelve means of a texel of opacity `a`; return what rounding leaves open.
+
+    With n and t in the yarn's frame (x across, y along, z up), ρ and k its section,
+
+        X = n_x / √(n_x² + ρ² up²)     up² = n_y² + n_z²     sin u = n_y / up
+        S = sin u (1 + k √(1 − X²)) / (1 + k)
+        P = −(t_x up − n_x (t_y sin u + t_z cos u)), the fibre turned so that it leads ahead.
+    """
+    up = max(math.sqrt(n[1] * n[1] + n[2] * n[2]), 1e-12)
+    sin_u, cos_u = n[1] / up, n[2] / up
+    x = n[0] / math.sqrt(n[0] * n[0] + flatness * flatness * up * up)
+    s = sin_u * (1 + curvature * math.sqrt(max(1 - x * x, 0.0))) / (1 + curvature)
+    ahead = t[1] * cos_u - t[2] * sin_u
+    p = -(t[0] * up - n[0] * (t[1] * sin_u + t[2] * cos_u))
+    if ahead < 0:
+        p = -p
+    rising, falling = 0.0, 0.0
+    if s > STRAIGHT:
+        rising = a
+    elif s < -STRAIGHT:
+        falling = a
+    texel[0], texel[1], texel[2], texel[3] = a - rising - falling, rising, falling, a * x
+    texel[4], texel[5] = rising * s, rising * s * s
+    texel[6], texel[7] = falling * s, falling * s * s
+    texel[8], texel[9], texel[10], texel[11] = a * abs(x), a * x * x, a * p, a * p * p
+    unclear = 0.0
+    if abs(abs(s) - STRAIGHT) < NEAR_STRAIGHT * STRAIGHT + SMALLEST / up:
+        unclear += a
+    if abs(ahead) < NEAR_ACROSS:
+        unclear += 2 * a
+    return unclear
+
+
+@compiled
 def _take_off(
     first: int,
     height: int,
@@ -95,18 +137,11 @@ def _take_off(
 ) -> None:
     """Take what each texel adds to the means off `left`; `first` is the image row of row 0.
 
-    With n and t in the yarn's frame (x across, y along, z up), ρ and k its section,
-
-        X = n_x / √(n_x² + ρ² up²)     up² = n_y² + n_z²     sin u = n_y / up
-        S = sin u (1 + k √(1 − X²)) / (1 + k)
-        P = −(t_x up − n_x (t_y sin u + t_z cos u)), the fibre turned so that it leads ahead
-        A = the base color times the yarn's gain, at most 1.
-
-    A texel lies in up to four texels of the map, in each with the share of its area.
+    Its albedo A is the base color times the yarn's gain, at most 1. A texel lies in up to four
+    texels of the map, in each with the share of its area.
     """
     rows, columns = left.shape[0], left.shape[1]
     width = ids.shape[1]
-    flatness, curvature = section[0], section[1]
     for j in range(ids.shape[0]):
         row = (first + j) * rows // height
         above = min(rows, (row + 1) * height - (first + j) * rows)
@@ -118,34 +153,13 @@ def _take_off(
             a = opacities[j, i, 0] / 255.0
             n_x, n_y = np.float64(table[normals[j, i, 0]]), np.float64(table[normals[j, i, 1]])
             t_x, t_y = np.float64(table[tangents[j, i, 0]]), np.float64(table[tangents[j, i, 1]])
-            n_z, t_z = np.float64(table[normals[j, i, 2]]), np.float64(table[tangents[j, i, 2]])
             if is_weft:
                 n_x, n_y = -n_y, n_x
                 t_x, t_y = -t_y, t_x
-            up = max(math.sqrt(n_y * n_y + n_z * n_z), 1e-12)
-            sin_u, cos_u = n_y / up, n_z / up
-            x = n_x / math.sqrt(n_x * n_x + flatness * flatness * up * up)
-            s = sin_u * (1 + curvature * math.sqrt(max(1 - x * x, 0.0))) / (1 + curvature)
-            ahead = t_y * cos_u - t_z * sin_u
-            p = -(t_x * up - n_x * (t_y * sin_u + t_z * cos_u))
-            if ahead < 0:
-                p = -p
-            unclear = 0.0
-            if abs(abs(s) - STRAIGHT) < NEAR_STRAIGHT * STRAIGHT + SMALLEST / up:
-                unclear += a
-            if abs(ahead) < NEAR_ACROSS:
-                unclear += 2 * a
-
+            n = n_x, n_y, np.float64(table[normals[j, i, 2]])
+            t = t_x, t_y, np.float64(table[tangents[j, i, 2]])
             texel[:] = 0
-            rising, falling = 0.0, 0.0
-            if s > STRAIGHT:
-                rising = a
-            elif s < -STRAIGHT:
-                falling = a
-            texel[0], texel[1], texel[2], texel[3] = a - rising - falling, rising, falling, a * x
-            texel[4], texel[5] = rising * s, rising * s * s
-            texel[6], texel[7] = falling * s, falling * s * s
-            texel[8], texel[9], texel[10], texel[11] = a * abs(x), a * x * x, a * p, a * p * p
+            unclear = _fill(a, n, t, section[0], section[1], texel)
             for k in range(3):
                 texel[12 + k] = a * min(table[colors[j, i, k]] * gains[number], 1.0)
             texel[15] = a

@@ -9,12 +9,7 @@ import numpy as np
 
 from weaveusd.contract import KINDS, MOMENT_MAPS, SYSTEMS, moment_file
 from weaveusd.validate.model import Finding, Status
-from weaveusd.validate.moment_maps import (
-    SystemMaps,
-    gains_of,
-    optics_of,
-    system_maps,
-)
+from weaveusd.validate.moment_maps import SystemMaps, gains_of, optics_of, system_maps
 from weaveusd.validate.moments import OTHER_KIND, OTHER_SYSTEM, Remainder
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
@@ -44,8 +39,8 @@ class MomentAgreement:
 
     def __init__(self, asset: OpenAsset) -> None:
         self._asset = asset
-        self._height = asset.textures.header("yarn_id.png").height
-        width = asset.textures.header("yarn_id.png").width
+        header = asset.textures.header("yarn_id.png")
+        self._height = header.height
         self._remainders: dict[str, Remainder] = {}
         self._open_kinds: dict[str, bool] = {}
         for system in SYSTEMS:
@@ -54,8 +49,8 @@ class MomentAgreement:
                 continue  # shader/moments or texture/moments reports it
             members = _members(asset, maps)
             values = _together(maps)
-            if values.shape[0] > self._height or values.shape[1] > width:
-                continue
+            if values.shape[0] > header.height or values.shape[1] > header.width:
+                continue  # texture/moments reports it
             self._open_kinds[system] = OTHER_KIND in members
             self._remainders[system] = Remainder(
                 values,
