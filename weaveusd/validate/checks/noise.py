@@ -71,6 +71,9 @@ def seed_noise(asset: OpenAsset) -> Iterator[Finding]:
 def compared(one: Doubles, other: Doubles) -> tuple[float, float]:
     """Return how two sets (N, H, W) of pictures differ: z of their means, mean t² of pixels.
 
+    Noise is estimated from picture to picture, so that the samples of a pixel need not be
+    independent, as they are not. z had a root mean square of 0.9 over 50 pairs of sets with 16
+    samples a pixel, and of 1.3 with 4, where seeds four or eight apart are correlated by 0.14.
     Pixels without noise that differ by nothing do not count.
     """
     count = len(one)
