@@ -47,7 +47,7 @@ class Strand:
 
     share: Any
     yarn: lobes.LobeParameters
-    guess: lobes.LobeParameters  # the yarn with lobes as wide as its arc, to draw from
+    guess: lobes.LobeParameters  # the yarn with a lobe as wide as its arc, to draw from
     fibre: lobes.Fibre
     ends: tuple[Any, Any]  # tangents at both ends of the arc
     inclinations: tuple[Any, Any]  # of the viewer at both ends
@@ -151,13 +151,11 @@ def _strand(share: Any, yarn: lobes.LobeParameters, frames: Frames, wi: Any) -> 
     fibre = lobes.fibre(wi, *within)
     ends = (low[1], high[1])
     first, last = (_inclination(wi, t) for t in ends)
-    # From the mirror's side θo turns as θi does; the lobe is drawn as wide as that makes it.
+    # From the mirror's side θo turns as θi does; what is drawn is as wide as that makes it, and one
+    # lobe for surface and volume: the arc makes them alike.
     half = dr.maximum(0.5 * dr.abs(last - first), SHORTEST)
-    guess = replace(
-        yarn,
-        gamma_s=half / dr.atan2(half, yarn.gamma_s),
-        gamma_v=half / dr.atan2(half, yarn.gamma_v),
-    )
+    wide = half / dr.atan2(half, dr.sqrt(yarn.gamma_s * yarn.gamma_v))
+    guess = replace(yarn, gamma_s=wide, gamma_v=wide)
     return Strand(share, yarn, guess, fibre, ends, (first, last))
 
 
