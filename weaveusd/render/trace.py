@@ -67,7 +67,8 @@ def _wavefront(scene: Any, size: tuple[int, int], spp: int, seed: int) -> NDArra
     sensor, integrator = scene.sensors()[0], scene.integrator()
     sampler = mi.load_dict({"type": "multijitter", "sample_count": spp})
     sampler.set_samples_per_wavefront(spp)
-    sampler.seed(seed, count)
+    # Multi-jitter hashes its seed weakly: pictures of neighboring seeds would be alike.
+    sampler.seed(mi.sample_tea_32(seed, spp, 4)[0], count)
 
     index = dr.arange(mi.UInt32, count)
     pixel = index // spp
