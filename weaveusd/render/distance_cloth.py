@@ -27,15 +27,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 SHARPNESS = 0.25
-"""Side of a cell over that of a pixel where yarns are still seen: samples lie all over the pixel by
-themselves. It is twice that from cells of a crossing on."""
+"""Side of a cell over that of a pixel halfway between `_GROWS`: it is half as much before and twice
+as much after. While a pixel holds one yarn, its samples find that with less noise than cells do."""
 
-_YARNS_END = 1.0
-"""Level between which and the next the side grows; level 2 has cells of a crossing."""
-
-_LATE, _LATER = 0.4, 0.6
-"""Below which level cells come later, and by how much at most: where a pixel holds one yarn, its
-texels are less noisy than what is drawn of a cell."""
+_GROWS = (0.0, 2.0)
+"""Levels between which the side grows, level 2 having cells of a crossing."""
 
 _PLACES, _STRANDS, _CHANCES = 3, 9, 11
 """Ends of the numbers for level and cell, for the strands, and for their kinds."""
@@ -137,7 +133,8 @@ class DistantCloth(Cloth):
             self.repeats.x * self.repeats.y * self.finest
         )
         halvings = 0.5 * dr.log2(dr.maximum(dr.square(side) / dr.maximum(area, 1e-30), 1e-30))
-        halvings += dr.clip(halvings - _YARNS_END, 0, 1) - dr.clip(_LATE - halvings, 0, _LATER)
+        middle, reach = 0.5 * (_GROWS[0] + _GROWS[1]), 0.5 * (_GROWS[1] - _GROWS[0])
+        halvings += dr.clip(halvings - middle, -reach, reach)
         halvings = dr.select(area > 0, halvings, -1)
         return dr.clip(dr.floor(halvings + chance), -1, self.top)
 
