@@ -66,8 +66,8 @@ void weaveusd_far(ClosureData closureData, mat3 cloth, WeaveusdSystem warp, Weav
     vec3 V = closureData.V;
     vec3 wi = vec3(dot(V, cloth[0]), dot(V, cloth[1]), dot(V, cloth[2]));
     float whole = weaveusd_coverage(warp) + weaveusd_coverage(weft);
-    vec3 albedo_warp = warp.albedo / max(weaveusd_coverage(warp), 1e-12);
-    vec3 albedo_weft = weft.albedo / max(weaveusd_coverage(weft), 1e-12);
+    vec3 albedo_warp = warp.albedo.rgb / max(weaveusd_coverage(warp), 1e-12);
+    vec3 albedo_weft = weft.albedo.rgb / max(weaveusd_coverage(weft), 1e-12);
     vec4 around_warp = weaveusd_system_around(wi, warp);
     vec4 around_weft = weaveusd_system_around(weaveusd_turned(wi), weft);
     vec3 volume_warp = albedo_warp * around_warp.y / whole;
@@ -106,11 +106,11 @@ void mx_weaveusd_cloth(ClosureData closureData, float weight, vec3 base_color, f
     {
         return;
     }
-    WeaveusdSystem warp = weaveusd_gathered(warp_slopes, warp_along, warp_across, warp_albedo.rgb,
+    WeaveusdSystem warp = weaveusd_gathered(warp_slopes, warp_along, warp_across, warp_albedo,
                                             warp_kinds, warp_section, warp_fibres, warp_lobes);
-    WeaveusdSystem weft = weaveusd_gathered(weft_slopes, weft_along, weft_across, weft_albedo.rgb,
+    WeaveusdSystem weft = weaveusd_gathered(weft_slopes, weft_along, weft_across, weft_albedo,
                                             weft_kinds, weft_section, weft_fibres, weft_lobes);
-    if (!weaveusd_is_mapped(warp, weft))
+    if (farness > 0.0 && !weaveusd_is_mapped(warp, weft))
     {
         farness = 0.0;
     }

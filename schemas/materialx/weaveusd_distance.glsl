@@ -216,8 +216,8 @@ vec3 weaveusd_from_afar(vec3 wi, vec3 wo, WeaveusdSystem warp, WeaveusdSystem we
     float a_warp = weaveusd_coverage(warp);
     float a_weft = weaveusd_coverage(weft);
     vec3 sent = vec3(of_warp.x + of_weft.x)
-                + clamp(warp.albedo / max(a_warp, 1e-12), 0.0, 1.0) * of_warp.y
-                + clamp(weft.albedo / max(a_weft, 1e-12), 0.0, 1.0) * of_weft.y;
+                + clamp(warp.albedo.rgb / max(a_warp, 1e-12), 0.0, 1.0) * of_warp.y
+                + clamp(weft.albedo.rgb / max(a_weft, 1e-12), 0.0, 1.0) * of_weft.y;
     return sent / max(a_warp + a_weft, 1e-12);
 }
 

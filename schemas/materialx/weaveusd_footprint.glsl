@@ -11,6 +11,7 @@
 #define WEAVEUSD_NOTHING 1e-7 // share of a footprint that is none
 #define WEAVEUSD_POINT 1e-4 // least width of a box, so that a part of it may be lit
 #define WEAVEUSD_STEEPEST 0.9998 // sine of the greatest inclination
+#define WEAVEUSD_ROUNDING 0.02 // of shares and means, by half floats or 8 bits
 
 // One system of threads: the components of its moment maps, and what its kinds of yarn are like.
 struct WeaveusdSystem
@@ -18,14 +19,14 @@ struct WeaveusdSystem
     vec4 slopes; // shares of straight, rising and falling yarn; place X across
     vec4 along; // places S and S^2 along the float of what rises, then of what falls
     vec4 across; // |X|, X^2, twist P and P^2
-    vec3 albedo; // of the fibre, times the share of the system
+    vec4 albedo; // of the fibre, times the share of the system; that share
     vec4 kinds; // shares of the kinds
     vec2 section; // thickness over width, thickness over bend
     mat4 fibre; // a column for each kind: eta, k_d, k_s, tau
     mat4 lobes; // a column for each kind: gamma_s, gamma_v, normalization
 };
 
-WeaveusdSystem weaveusd_gathered(vec4 slopes, vec4 along, vec4 across, vec3 albedo, vec4 kinds,
+WeaveusdSystem weaveusd_gathered(vec4 slopes, vec4 along, vec4 across, vec4 albedo, vec4 kinds,
                                  vec2 section, mat4 fibre, mat4 lobes)
 {
     WeaveusdSystem yarns;
@@ -52,10 +53,43 @@ float weaveusd_coverage(WeaveusdSystem yarns)
     return yarns.slopes.x + yarns.slopes.y + yarns.slopes.z;
 }
 
-// Whether there are maps, and something in them.
+// Whether one slope is such as yarn has: its share, and its means of |S| and S^2.
+bool weaveusd_is_slope(float share, float mean, float square)
+{
+    bool rises = share <= WEAVEUSD_ROUNDING || mean > 0.0;
+    return rises && share >= 0.0 && mean >= -WEAVEUSD_ROUNDING && mean <= share + WEAVEUSD_ROUNDING
+           && square <= mean + WEAVEUSD_ROUNDING;
+}
+
+// Whether the maps of a system are such as yarn has, each of them and all together. An image that
+// is not there, or cannot be read, is zeros to one renderer, and to another black, white, gray or
+// magenta. Where no map of kinds is connected, all yarn is of the first.
+bool weaveusd_is_sound(WeaveusdSystem yarns)
+{
+    float a = weaveusd_coverage(yarns);
+    bool one_kind = yarns.kinds.x == 1.0 && dot(yarns.kinds.yzw, vec3(1.0)) == 0.0;
+    bool shares = abs(yarns.albedo.w - a) <= WEAVEUSD_ROUNDING
+                  && (one_kind || abs(dot(yarns.kinds, vec4(1.0)) - a) <= WEAVEUSD_ROUNDING);
+    bool along = yarns.slopes.x >= 0.0
+                 && weaveusd_is_slope(yarns.slopes.y, yarns.along.x, yarns.along.y)
+                 && weaveusd_is_slope(yarns.slopes.z, -yarns.along.z, yarns.along.w);
+    // Only what is straight, such as a hair, may lie in the middle of the yarn alone. No fibre lies
+    // square across its yarn.
+    bool straight = yarns.slopes.y + yarns.slopes.z <= WEAVEUSD_ROUNDING;
+    bool across = (straight || yarns.across.x > 0.0)
+                  && abs(yarns.slopes.w) <= yarns.across.x + WEAVEUSD_ROUNDING
+                  && yarns.across.x <= a + WEAVEUSD_ROUNDING
+                  && yarns.across.y <= yarns.across.x + WEAVEUSD_ROUNDING
+                  && yarns.across.w <= (1.0 - WEAVEUSD_ROUNDING) * a;
+    return shares && along && across && yarns.section.x > 0.0 && yarns.section.y >= 0.0;
+}
+
+// Whether there are maps, of yarn that does not cover more than all. Else only the yarn is known.
 bool weaveusd_is_mapped(WeaveusdSystem warp, WeaveusdSystem weft)
 {
-    return weaveusd_coverage(warp) + weaveusd_coverage(weft) > WEAVEUSD_NOTHING;
+    float a = weaveusd_coverage(warp) + weaveusd_coverage(weft);
+    return a > WEAVEUSD_NOTHING && a <= 1.0 + WEAVEUSD_ROUNDING && weaveusd_is_sound(warp)
+           && weaveusd_is_sound(weft);
 }
 
 // How much of the cloth is seen from afar, 0 where a footprint is below half a texel of the finest

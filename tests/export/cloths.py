@@ -53,7 +53,7 @@ def floats(at: list[list[int]], length_mm: float) -> Floats:
         count=np.array([1, 1], np.int32),
         length_mm=np.array([length_mm, length_mm]),
         center_mm=np.array([0.25, 0.75]) * 2 * length_mm,
-        bend_mm=np.zeros(2),
+        bend_mm=np.full(2, 0.5 * length_mm),
         u_max=np.array([0.5, 0.5]),
         at=np.array(at, np.int32),
     )

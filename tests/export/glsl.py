@@ -144,6 +144,8 @@ def _new_exr_loader() -> Any:
             return {"exr"}
 
         def loadImage(self, path: Any) -> Any:
+            if not Path(path.asString()).is_file():
+                return None
             texels = np.ascontiguousarray(oiio.ImageBuf(path.asString()).get_pixels(oiio.FLOAT))
             height, width, channels = texels.shape
             kind = PyMaterialXRender.BaseType.FLOAT

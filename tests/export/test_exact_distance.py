@@ -13,93 +13,23 @@ import pytest
 
 from tests.export.cloths import cloth, plain_weave, yarn
 from tests.export.glsl import Job, render, view
-from tests.export.node_documents import new_document, write_document
+from tests.export.node_documents import GROWING, SIZE, covered, tile, write_systems
 from tests.weaves import plain, satin, twill, woven
 from weaveusd.contract import EXACT_FILE
 from weaveusd.export.asset import write_asset
 from weaveusd.export.exact import write_exact
 from weaveusd.shading.distance import LEAN, evaluate
 from weaveusd.shading.material import ClothMaterial
-from weaveusd.shading.normalization import normalization
 from weaveusd.shading.shade import shade
-from weaveusd.synth.moments import Footprint, moment_maps
+from weaveusd.synth.moments import Footprint
 from weaveusd.synth.textures import synthesize
-from weaveusd.yarn.model import Optics
 from weaveusd.yarn.recipe import read_preset
 
-EYE, SIZE = 0.5, 64
+EYE = 0.5
 LIGHTS = [
     np.array(light) / np.linalg.norm(light)
     for light in [(0, 0.1, 1), (0.5, 0.3, 0.8), (-0.9, 0.1, 0.15), (0.1, -0.95, 0.2)]
 ]
-FAR, GROWING = "far", "growing"
-
-
-def write(systems: Sequence[Footprint], folder: Path, footprint: str = FAR, side: int = 1) -> Path:
-    """Write a document with a node that has the moments of `systems`, and its library beside it.
-
-    The footprint is `FAR` above a texel, or `GROWING` from left to right and upwards: the
-    coordinates in texels are then 1.6 SIZE st². A `side` of −1 turns the back of the cloth to +z.
-    """
-    folder.mkdir()
-    made, node = new_document()
-    st = made.addNode("texcoord", "st", "vector2")
-    scaled = made.addNode("multiply", "texels", "vector2")
-    scaled.setConnectedNode("in1", st)
-    put(scaled, "in2", "float", [1.6 * SIZE if footprint == GROWING else 1e4])
-    if footprint == GROWING:
-        squared = made.addNode("multiply", "squared", "vector2")
-        squared.setConnectedNode("in1", st)
-        squared.setConnectedNode("in2", st)
-        scaled.setConnectedNode("in1", squared)
-    node.setConnectedNode("moment_texels", scaled)
-    # A value would not do: MaterialX takes the surface's normal unless something is connected.
-    outwards = made.addNode("constant", "outwards", "vector3")
-    put(outwards, "value", "vector3", (0, 0, side))
-    node.setConnectedNode("surface_normal", outwards)
-    for one in systems:
-        name = "weft" if one.weft else "warp"
-        put(node, f"{name}_slopes", "vector4", one.moments[:4])
-        put(node, f"{name}_along", "vector4", one.moments[4:8])
-        put(node, f"{name}_across", "vector4", one.moments[8:])
-        put(node, f"{name}_albedo", "color4", (*one.albedo, covered(one)))
-        put(node, f"{name}_kinds", "vector4", [*one.share, 0, 0, 0][:4])
-        put(node, f"{name}_section", "vector2", (one.section.flatness, one.section.curvature))
-        rows = (list(one.kinds) * 4)[:4]
-        fibres = [x for o in rows for x in (o.eta, o.k_d, o.k_s, o.tau)]
-        put(node, f"{name}_fibres", "matrix44", fibres)
-        lobes = [x for o in rows for x in (o.gamma_s, o.gamma_v, n_v(o), 0)]
-        put(node, f"{name}_lobes", "matrix44", lobes)
-    return write_document(made, folder)
-
-
-def put(node: mx.Node, name: str, kind: str, numbers: Sequence[float]) -> None:
-    text = ", ".join(f"{float(x):.9g}" for x in numbers)
-    node.addInput(name, kind).setValueString(text)
-
-
-def n_v(optics: Optics) -> float:
-    o = optics
-    return normalization(o.eta, o.k_d, o.k_s, o.gamma_s, o.gamma_v)
-
-
-def covered(footprint: Footprint) -> float:
-    return float(footprint.moments[:3].sum())
-
-
-def tile(warp_up: np.ndarray, preset: str, size: int = 1) -> list[Footprint]:
-    """Return the footprint of the tile of a cloth, or the first texel of maps of `size`² texels.
-
-    Numbers have the six decimals that MaterialX writes of a constant.
-    """
-    weave = woven(warp_up, preset)
-    textures = synthesize(weave, resolution=64)
-    maps = moment_maps(weave, textures, width=size, height=size)
-    found = [one.footprint(0, 0) for one in maps]
-    return [
-        replace(one, moments=np.round(one.moments, 6), albedo=np.round(one.albedo, 6))
-        for one in found
-    ]
 
 
 def of_kinds(systems: Sequence[Footprint], *presets: str) -> list[Footprint]:
@@ -120,7 +50,7 @@ def check(
     systems: Sequence[Footprint], lights: Sequence[np.ndarray], folder: Path, side: int = 1
 ) -> None:
     """Hold pictures of the face (1) or the back (−1) of a footprint to the reference."""
-    document = write(systems, folder / "node", side=side)
+    document = write_systems(systems, folder / "node", side=side)
     jobs = [
         Job(str(document), "material", str(folder / f"{i}.npy"), tuple(light), EYE, SIZE)
         for i, light in enumerate(lights)
@@ -163,9 +93,9 @@ def test_light_passes_from_either_side_as_in_the_reference(tmp_path, side):
 def test_near_is_the_yarn_alone_and_goes_over_into_far_without_a_step(tmp_path):
     systems = tile(twill(), "linen")
     documents = {
-        "near": write([], tmp_path / "near", GROWING),
-        "far": write(systems, tmp_path / "far"),
-        "growing": write(systems, tmp_path / "growing", GROWING),
+        "near": write_systems([], tmp_path / "near", footprint=GROWING),
+        "far": write_systems(systems, tmp_path / "far"),
+        "growing": write_systems(systems, tmp_path / "growing", footprint=GROWING),
     }
     jobs = [
         Job(str(path), "material", str(tmp_path / f"{name}.npy"), tuple(LIGHTS[1]), EYE, SIZE)
