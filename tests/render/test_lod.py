@@ -239,34 +239,61 @@ def test_the_short_side_of_a_stretched_footprint_decides(mi: Any) -> None:
     assert np.array(cloth.pixel(si)) == pytest.approx(0.01, rel=1e-3)
 
 
-def test_a_sheet_is_as_bright_at_every_distance_across_the_change(mi: Any) -> None:
+SIZE = 16
+
+
+def sheet(mi: Any, cells: float, fov: float = 4.0) -> Any:
+    """A sheet under a sun, looked at from so far that a pixel is as large as so many cells."""
     from weaveusd.render.distance_cloth import View, seen_by, with_view
+
+    cloth = woven(*CASES[1])
+    cell = 1 / np.sqrt(cloth.levels.rows[0] * cloth.levels.columns[0])
+    distance = cells * cell * SIZE / (2 * np.tan(np.radians(fov / 2)))
+    at = mi.ScalarTransform4f().look_at(
+        [0, -0.5 * distance, 0.866 * distance], [0, 0, 0], [0, 0, 1]
+    )
+    sensor = {
+        "type": "perspective", "fov": fov, "to_world": at, "near_clip": 1e-3,
+        "film": {"type": "hdrfilm", "width": SIZE, "height": SIZE, "rfilter": {"type": "box"}},
+    }  # fmt: skip
+    bsdf = cloth.dictionary(View(), repeats=100.0)
+    return mi.load_dict({
+        "type": "scene", "sensor": sensor, "integrator": {"type": "path", "max_depth": 2},
+        "sun": {"type": "directional", "direction": [0.3, -0.4, -0.8], "irradiance": 1.0},
+        "sheet": {"type": "rectangle", "bsdf": with_view(bsdf, seen_by(mi.load_dict(sensor))),
+                  "to_world": mi.ScalarTransform4f().scale(50)},
+    })  # fmt: skip
+
+
+def test_a_sheet_is_as_bright_at_every_distance_across_the_change(mi: Any) -> None:
     from weaveusd.render.trace import trace
 
-    cloth, size = woven(*CASES[1]), 16
-    bsdf = cloth.dictionary(View(), repeats=100.0)
-    cell = 1 / np.sqrt(cloth.levels.rows[0] * cloth.levels.columns[0])
-    found = []
-    for footprint in np.geomspace(1.5, 12, 12) * cell:
-        distance = footprint * size / (2 * np.tan(np.radians(2)))
-        at = mi.ScalarTransform4f().look_at(
-            [0, -0.5 * distance, 0.866 * distance], [0, 0, 0], [0, 0, 1]
-        )
-        sensor = {
-            "type": "perspective", "fov": 4.0, "to_world": at, "near_clip": 1e-3,
-            "film": {"type": "hdrfilm", "width": size, "height": size,
-                     "rfilter": {"type": "box"}},
-        }  # fmt: skip
-        seen = with_view(bsdf, seen_by(mi.load_dict(sensor)))
-        scene = mi.load_dict({
-            "type": "scene", "sensor": sensor, "integrator": {"type": "path", "max_depth": 2},
-            "sun": {"type": "directional", "direction": [0.3, -0.4, -0.8], "irradiance": 1.0},
-            "sheet": {"type": "rectangle", "bsdf": seen,
-                      "to_world": mi.ScalarTransform4f().scale(50)},
-        })  # fmt: skip
-        found.append(float(trace(scene, (size, size), 1024, 1).mean()))
+    found = [
+        float(trace(sheet(mi, cells), (SIZE, SIZE), 1024, 1).mean())
+        for cells in np.geomspace(1.5, 12, 12)
+    ]
     assert np.abs(np.diff(found)).max() < 0.03 * np.mean(found)
     assert found[-1] == pytest.approx(found[0], rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("cells", "fov", "texels", "far"),
+    [(2, 4, True, False), (40, 4, False, True), (5.6, 4, True, True), (4.5, 110, True, True)],
+)
+def test_a_look_leaves_out_what_a_picture_does_not_show(
+    mi: Any, monkeypatch: pytest.MonkeyPatch, cells: float, fov: float, texels: bool, far: bool
+) -> None:
+    from weaveusd.render import trace
+
+    scene = sheet(mi, cells, fov)
+    found = trace.trace(scene, (SIZE, SIZE), 16, 1)
+    (shape,) = scene.shapes()
+    cloth = shape.bsdf().cloth
+    assert (cloth.shows_texels, cloth.shows_cells) == (texels, far)
+    cloth.shows_texels = cloth.shows_cells = True
+    monkeypatch.setattr(trace, "look", lambda scene: None)
+    expected = trace.trace(scene, (SIZE, SIZE), 16, 1)
+    np.testing.assert_allclose(found, expected, rtol=2e-3, atol=1e-5)
 
 
 def test_a_cloth_with_levels_seen_near_is_the_cloth_without(mi: Any) -> None:

@@ -57,7 +57,7 @@ def strands(
     cell: Sequence[Any],
     optics: Sequence[Sequence[Sequence[Any]]],
     shape: Sequence[Sequence[Any]],
-    seen: Seen,
+    seen: Seen | None,
     wi: Any,
     mirror: Any,
     chance: Sequence[Any],
@@ -73,7 +73,7 @@ def strands(
     shape
         Bend k and flatness ρ of warp and of weft.
     seen
-        The texel that takes the place of all where it is seen.
+        The texel that takes the place of all where it is seen; None where none is.
     wi
         Where the viewer is, in the frame of the surface.
     mirror
@@ -97,7 +97,9 @@ def strands(
             )  # fmt: skip
             frames = section.frames(arc_at(numbers, place * covered))
             found.append((covered * (1 / DRAWN), yarn, frames))
-    return [_strand(*_or_texel(seen, *drawn, first=k == 0), wi) for k, drawn in enumerate(found)]
+    if seen is not None:
+        found = [_or_texel(seen, *drawn, first=k == 0) for k, drawn in enumerate(found)]
+    return [_strand(*drawn, wi) for drawn in found]
 
 
 def value(of: Sequence[Strand], wi: Any, wo: Any, allowed: Any) -> Any:

@@ -27,15 +27,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 SHARPNESS = 0.25
-"""Side of a cell over that of a pixel halfway between `_GROWS`: it is half as much before and twice
-as much after. While a pixel holds one yarn, its samples find that with less noise than cells do."""
+"""Side of a cell over that of a pixel at the level `_MIDDLE`."""
 
-_GROWS = (0.0, 2.0)
-"""Levels between which the side grows, level 2 having cells of a crossing."""
+_MIDDLE, _BEFORE, _AFTER = 1.0, -4 / 3, 1.0
+"""From its middle on, the level grows twice as fast as the pixel until it is `_AFTER` more; level 2
+has cells of a crossing. Before, it falls three times as fast, until it is `_BEFORE` more: while a
+pixel holds one yarn, its samples find that with less noise than cells do."""
 
 _PLACES, _STRANDS, _CHANCES = 3, 9, 11
 """Ends of the numbers for level and cell, for the strands, and for their kinds."""
 
+_ALL_BUT_ONE = 0.99999994
 _STRAIGHT = 0.999999
 """Cosine of the angle to the eye from which on a hit is the first of its path."""
 
@@ -104,7 +106,10 @@ def _tensor(view: View) -> Any:
 
 
 class DistantCloth(Cloth):
-    """`Cloth` where a pixel is smaller than the finest cell, else the strands of a cell."""
+    """`Cloth` where a pixel is smaller than the finest cell, else the strands of a cell.
+
+    Both are looked up at every hit, unless `look` has found that one of them serves all.
+    """
 
     def __init__(self, props: Any, *texels: Any) -> None:
         super().__init__(*texels)
@@ -122,7 +127,20 @@ class DistantCloth(Cloth):
         view = _listed(props["view"].array)
         self.eye, self.footprint = mi.Point3f(*view[:3]), [mi.Float(view[3]), mi.Float(view[4])]
         self.fixed = int(view[5])
+        self.shows_texels = self.shows_cells = True
         dr.make_opaque(self.table, self.shape, self.eye, self.footprint)
+
+    def look(self, si: Any, hit: Any) -> None:
+        """Leave out texels or cells that none of the interactions `hit` of a picture show.
+
+        Where there is none, nothing is known, and both stay. A hit that was not looked at and
+        would show what is left out shows the other, from next to where they meet.
+        """
+        self.shows_texels = self.shows_cells = True
+        texels = dr.any(hit & (self.level(si, 0.0) < 0))
+        cells = dr.any(hit & (self.level(si, _ALL_BUT_ONE) >= 0))
+        if texels or cells:
+            self.shows_texels, self.shows_cells = bool(texels), bool(cells)
 
     def level(self, si: Any, chance: Any) -> Any:
         """Return the level to use, a whole number; -1 stands for the texels themselves."""
@@ -133,10 +151,10 @@ class DistantCloth(Cloth):
             self.repeats.x * self.repeats.y * self.finest
         )
         halvings = 0.5 * dr.log2(dr.maximum(dr.square(side) / dr.maximum(area, 1e-30), 1e-30))
-        middle, reach = 0.5 * (_GROWS[0] + _GROWS[1]), 0.5 * (_GROWS[1] - _GROWS[0])
-        halvings += dr.clip(halvings - middle, -reach, reach)
+        beyond = halvings - _MIDDLE
+        halvings += dr.clip(dr.minimum(beyond, 2 * beyond), _BEFORE, _AFTER)
         halvings = dr.select(area > 0, halvings, -1)
-        return dr.clip(dr.floor(halvings + chance), -1, self.top)
+        return dr.clip(dr.floor(halvings + chance), -1 if self.shows_texels else 0, self.top)
 
     def pixel(self, si: Any) -> Any:
         """Return the side of a pixel where it meets the cloth, the short one, in scene units.
@@ -183,8 +201,10 @@ class DistantCloth(Cloth):
     def strands(self, si: Any, active: Any) -> list[distance.Strand]:
         """Return what a pixel sees of the cloth at the interaction: strands, or one texel."""
         far, at, chance = self.place(si, active)
-        texel = self.texel(si, active & ~far)
-        seen = distance.Seen(~far, texel[OPACITY], *self.yarn(si, texel, active & ~far))
+        seen = None
+        if self.shows_texels:
+            texel = self.texel(si, active & ~far)
+            seen = distance.Seen(~far, texel[OPACITY], *self.yarn(si, texel, active & ~far))
         mirrored = dr.dot(si.sh_frame.t, si.dp_dv) < 0
         flip = mi.Vector3f(1, dr.select(mirrored, -1.0, 1.0), 1)
         cell = _row(self.cells, at, far)
@@ -193,6 +213,8 @@ class DistantCloth(Cloth):
 
     def opacity(self, si: Any, active: Any) -> Any:
         """Return the share of the interaction that is yarn."""
+        if not self.shows_cells:
+            return super().opacity(si, active)
         far, at, _ = self.place(si, active)
         numbers = _row(self.cells, at, far)
         covered = dr.minimum(sum(numbers[i] for i in _SHARES), 1)
@@ -200,6 +222,8 @@ class DistantCloth(Cloth):
 
     def color(self, si: Any, active: Any) -> Any:
         """Return about what share of light comes back."""
+        if not self.shows_cells:
+            return super().color(si, active)
         far, at, _ = self.place(si, active)
         numbers = _row(self.cells, at, far)
         total = mi.Color3f(0)
@@ -210,6 +234,8 @@ class DistantCloth(Cloth):
 
     def eval_pdf(self, ctx: Any, si: Any, wo: Any, active: Any) -> tuple[Any, Any]:
         """Return value times cosine, and density; both 0 where the side rule forbids `wo`."""
+        if not self.shows_cells:
+            return super().eval_pdf(ctx, si, wo, active)
         value, pdf = self._eval_pdf(ctx, si, wo, self.strands(si, active))
         return dr.select(active, value, 0), dr.select(active, pdf, 0)
 
@@ -223,6 +249,8 @@ class DistantCloth(Cloth):
 
     def sample(self, ctx: Any, si: Any, choice: Any, point: Any, active: Any) -> tuple[Any, Any]:
         """Return a sample and its weight: of the null component in gaps, else of the lobes."""
+        if not self.shows_cells:
+            return super().sample(ctx, si, choice, point, active)
 
         def allowed(wi: Any, out: Any, direction: lobes.Direction) -> Any:
             return allowed_sides(ctx, wi, out, direction)

@@ -18,6 +18,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from weaveusd.render.looking import look
 from weaveusd.render.numbering import numbered
 
 if TYPE_CHECKING:
@@ -40,6 +41,8 @@ def trace(
 
     `size` is (width, height). `progress` hears the share that is done after every pass.
     """
+    if _is_jit():
+        look(scene)
     # A scalar pass is walked pixel by pixel and takes no memory, but a sign of life is due.
     most = SAMPLES_A_PASS // (size[0] * size[1]) if _is_jit() else spp // 8
     most = max(1, min(most, spp))
