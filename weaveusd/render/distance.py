@@ -107,7 +107,7 @@ def value(of: Sequence[Strand], wi: Any, wo: Any, allowed: Any) -> Any:
     total = mi.Color3f(0)
     for strand in of:
         direction = strand.fibre.direction(wo)
-        spread = _spread(strand, wo, direction)
+        spread = _spread(strand, wo)
         lit = lobes.value(strand.yarn, strand.fibre, direction, spread) * strand.share
         total += dr.select(allowed(wi, wo, direction), lit, 0)
     return total
@@ -161,7 +161,7 @@ def _strand(share: Any, yarn: lobes.LobeParameters, frames: Frames, wi: Any) -> 
     return Strand(share, yarn, guess, fibre, ends, (first, last))
 
 
-def _spread(strand: Strand, wo: Any, direction: lobes.Direction) -> Any:
+def _spread(strand: Strand, wo: Any) -> Any:
     """Return the function of γ that is the mean of the Cauchy lobe over the arc of a strand."""
     low, high = (
         0.5 * (theta + _inclination(wo, t))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import drjit as dr
@@ -17,7 +18,9 @@ from weaveusd.render.exact import (
     Cloth,
     allowed_sides,
     asked_yarn,
+    gap_weight,
     lobes_share,
+    mirroring,
     sample_record,
 )
 from weaveusd.render.numbering import evenly
@@ -205,11 +208,9 @@ class DistantCloth(Cloth):
         if self.shows_texels:
             texel = self.texel(si, active & ~far)
             seen = distance.Seen(~far, texel[OPACITY], *self.yarn(si, texel, active & ~far))
-        mirrored = dr.dot(si.sh_frame.t, si.dp_dv) < 0
-        flip = mi.Vector3f(1, dr.select(mirrored, -1.0, 1.0), 1)
         cell = _row(self.cells, at, far)
         optics = [self.kinds.drawn(k, at, far, chance[6 + k]) for k in range(2)]
-        return distance.strands(cell, optics, self.shape, seen, si.wi, flip, chance)
+        return distance.strands(cell, optics, self.shape, seen, si.wi, mirroring(si), chance)
 
     def opacity(self, si: Any, active: Any) -> Any:
         """Return the share of the interaction that is yarn."""
@@ -240,11 +241,9 @@ class DistantCloth(Cloth):
         return dr.select(active, value, 0), dr.select(active, pdf, 0)
 
     def _eval_pdf(self, ctx: Any, si: Any, wo: Any, of: list[distance.Strand]) -> tuple[Any, Any]:
-        def allowed(wi: Any, out: Any, direction: lobes.Direction) -> Any:
-            return allowed_sides(ctx, wi, out, direction)
-
+        allowed, asked = partial(allowed_sides, ctx), partial(asked_yarn, ctx)
         value = distance.value(of, si.wi, wo, allowed)
-        pdf = distance.density(of, si.wi, wo, allowed, lambda yarn: asked_yarn(ctx, yarn))
+        pdf = distance.density(of, si.wi, wo, allowed, asked)
         return value, pdf * lobes_share(ctx, distance.coverage(of))
 
     def sample(self, ctx: Any, si: Any, choice: Any, point: Any, active: Any) -> tuple[Any, Any]:
@@ -252,23 +251,19 @@ class DistantCloth(Cloth):
         if not self.shows_cells:
             return super().sample(ctx, si, choice, point, active)
 
-        def allowed(wi: Any, out: Any, direction: lobes.Direction) -> Any:
-            return allowed_sides(ctx, wi, out, direction)
-
         of = self.strands(si, active)
         opacity = distance.coverage(of)
         share = lobes_share(ctx, opacity)
         passes = choice >= share
         choice = dr.clip(choice / dr.maximum(share, lobes.TINY), 0, 0.99999994)
-        wo, counts = distance.draw(
-            of, si.wi, choice, point, allowed, lambda yarn: asked_yarn(ctx, yarn)
-        )
+        allowed, asked = partial(allowed_sides, ctx), partial(asked_yarn, ctx)
+        wo, counts = distance.draw(of, si.wi, choice, point, allowed, asked)
         value, pdf = self._eval_pdf(ctx, si, wo, of)
         counts &= active & (pdf > 0)
         bs = sample_record(si.wi, wo, passes, share, dr.select(counts, pdf, 0))
         weight = dr.select(counts, value / dr.maximum(pdf, 1e-20), 0)
-        through = dr.select(share < 1, (1 - opacity) / dr.maximum(1 - share, lobes.TINY), 0)
-        return bs, dr.select(passes, dr.select(active, mi.Color3f(through), 0), weight)
+        through = mi.Color3f(gap_weight(share, opacity))
+        return bs, dr.select(passes, dr.select(active, through, 0), weight)
 
 
 def _wrapped(place: Any, count: Any) -> Any:

@@ -53,9 +53,7 @@ class Cloth:
         self, si: Any, texel: Sequence[Any], active: Any
     ) -> tuple[lobes.LobeParameters, Any, Any]:
         """Return the optics, and normal and tangent in the shading frame."""
-        # The frame's t is n × s: where the texture is mirrored, it runs against growing v.
-        mirrored = dr.dot(si.sh_frame.t, si.dp_dv) < 0
-        flip = mi.Vector3f(1, dr.select(mirrored, -1.0, 1.0), 1)
+        flip = mirroring(si)
         normal, tangent = _frame(texel[FRAME : FRAME + 3])
         last = mi.UInt32(len(self.optics["eta"]) - 1)
         index = dr.minimum(mi.UInt32(dr.maximum(texel[YARN], 0) + 0.5), last)
@@ -109,10 +107,23 @@ class Cloth:
 
         # Where every event was enabled, share and opacity are one and cancel.
         weight = value * (opacity / dr.maximum(pdf * share, 1e-20))
-        through = dr.select(share < 1, (1 - opacity) / dr.maximum(1 - share, lobes.TINY), 0)
         weight = dr.select(passes, 0, dr.select(allowed, weight, 0))
-        weight = dr.select(passes & active, mi.Color3f(through), weight)
+        weight = dr.select(passes & active, mi.Color3f(gap_weight(share, opacity)), weight)
         return bs, weight
+
+
+def mirroring(si: Any) -> Any:
+    """Return what takes vectors of the cloth's frame to the shading frame, as a product.
+
+    That frame's t is n × s: where the texture is mirrored, it runs against growing v.
+    """
+    mirrored = dr.dot(si.sh_frame.t, si.dp_dv) < 0
+    return mi.Vector3f(1, dr.select(mirrored, -1.0, 1.0), 1)
+
+
+def gap_weight(share: Any, opacity: Any) -> Any:
+    """Return the weight of a sample that passes, where `share` is the probability of the lobes."""
+    return dr.select(share < 1, (1 - opacity) / dr.maximum(1 - share, lobes.TINY), 0)
 
 
 def sample_record(wi: Any, wo: Any, passes: Any, share: Any, pdf: Any) -> Any:
