@@ -21,8 +21,7 @@ import numpy as np
 from weaveusd.shading.fibre import dot, in_fibre_frame
 from weaveusd.shading.footprint import NOTHING, coverage
 from weaveusd.shading.longitudinal import mean_profile
-from weaveusd.shading.microcylinder import Parameters, scattered
-from weaveusd.shading.normalization import normalization
+from weaveusd.shading.microcylinder import Parameters, normalization_of, scattered
 from weaveusd.shading.strands import FULL, LEAN, Nodes, Strand, frame, strands
 
 if TYPE_CHECKING:
@@ -75,7 +74,7 @@ def _system(wi: Doubles, wo: Doubles, footprint: Footprint, nodes: Nodes) -> Dou
         wi, wo = (np.stack([-w[:, 1], w[:, 0], w[:, 2]], -1) for w in (wi, wo))
     albedo = np.asarray(footprint.albedo, float) / a
     kinds = [
-        (parameters(o), _normalization(o), float(share) / a)
+        (parameters(o), normalization_of(parameters(o)), float(share) / a)
         for o, share in zip(footprint.kinds, footprint.share, strict=True)
         if share > NOTHING * a
     ]
@@ -163,8 +162,3 @@ def _peak(gamma: float, begin: Doubles, end: Doubles) -> Doubles:
     mean = 0.5 * gamma * np.log((end**2 + gamma**2) / (begin**2 + gamma**2)) / mass
     place = (mean - begin) / np.where(thin, 1, width)
     return np.where(thin, 0.5, np.clip(place, 0, 1))
-
-
-def _normalization(optics: Optics) -> float:
-    o = optics
-    return normalization(o.eta, o.k_d, o.k_s, o.gamma_s, o.gamma_v)

@@ -10,8 +10,7 @@ import numpy as np
 
 from weaveusd.shading.fibre import dot, facing
 from weaveusd.shading.lobe import COSINES, Lit, fresnel_edge, halfway, lit, mirror
-from weaveusd.shading.microcylinder import Parameters, lobes
-from weaveusd.shading.normalization import normalization
+from weaveusd.shading.microcylinder import Parameters, lobes, normalization_of
 
 if TYPE_CHECKING:
     from weaveusd.cloth.model import Weave
@@ -156,6 +155,5 @@ def _exact(sample: _Sample, optics: Optics, wi: Doubles, wo: Doubles) -> Doubles
     surface, volume = lobes(wi, wo, normal, tangent, params)
     # Light that comes from behind the yarn and above the cloth is none (the side rule).
     cosine = np.maximum(dot(facing(normal, wi[None]), wo), 0) * sample.weight[:, None]
-    n_v = normalization(o.eta, o.k_d, o.k_s, o.gamma_s, o.gamma_v)
-    surface, volume = surface * cosine, volume * cosine * n_v
+    surface, volume = surface * cosine, volume * cosine * normalization_of(params)
     return np.stack([np.sum(surface + sample.albedo[:, k, None] * volume, 0) for k in range(3)], -1)
