@@ -114,9 +114,11 @@ def map_header(asset: OpenAsset, file: str) -> Header:
     return header
 
 
-def is_map(header: Header) -> bool:
-    """Whether a file has the channels and the type of numbers of a map."""
-    return (header.channels, header.dtype) == (COMPONENTS, "float16")
+def format_fault(header: Header) -> str | None:
+    """Return what is wrong with the channels or the type of numbers of a map, None if nothing."""
+    if (header.channels, header.dtype) == (COMPONENTS, "float16"):
+        return None
+    return f"has {header.channels} channels of {header.dtype}, expected 4 of float16"
 
 
 def read_map(asset: OpenAsset, file: str) -> Halves:
@@ -129,9 +131,8 @@ def read_map(asset: OpenAsset, file: str) -> Halves:
     """
     if file not in asset.kept:
         header = map_header(asset, file)
-        if not is_map(header):
-            stored = f"{header.channels} channels of {header.dtype}"
-            raise InputError(f"has {stored}, expected 4 of float16")
+        if fault := format_fault(header):
+            raise InputError(fault)
         with ExitStack() as stack:
             asset.kept[file] = asset.textures.open(file, stack).read(0, header.height)
     return asset.kept[file]

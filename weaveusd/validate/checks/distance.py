@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from weaveusd.errors import StageError
 from weaveusd.render.model import MAX_LEVELS
-from weaveusd.validate.color_difference import delta_e_2000
+from weaveusd.validate.color_difference import mean_delta_e
 from weaveusd.validate.exhibits import Exhibit, of_linear
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.open_asset import OpenAsset
 from weaveusd.validate.registry import Code, check
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 COLOR = Code("distance-color", Status.FAIL, "From afar the cloth has another color than near.")
 LEVEL = Code(
@@ -64,20 +59,16 @@ def near_against_far(asset: OpenAsset) -> Iterator[Finding]:
             }
     except StageError:
         return  # render/swatch reports it
-    apart = _apart(near, far)
+    apart = mean_delta_e(near, far)
     told = f"from {SPAN} times as far the mean colors are ΔE2000 {apart:.2f} apart"
     asset.shown["far"] = Exhibit("Renders", "From afar", told, of_linear(far))
     if apart > profile.delta_e:
         yield COLOR(f"{told}, expected at most {profile.delta_e:g}", where)
     for cell, picture in by_level.items():
-        apart, most = _apart(near, picture), LEVEL_SHARE * profile.delta_e
+        apart, most = mean_delta_e(near, picture), LEVEL_SHARE * profile.delta_e
         told = f"in cells of {cell} the mean color is ΔE2000 {apart:.2f} from that of the yarns"
         asset.shown[f"level-{levels[cell]}"] = Exhibit(
             "Renders", f"By the moment maps of {cell}", told, of_linear(picture)
         )
         if apart > most:
             yield LEVEL(f"{told}, expected at most {most:g}", where)
-
-
-def _apart(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
-    return float(delta_e_2000(one.mean(axis=(0, 1)), other.mean(axis=(0, 1))))

@@ -13,7 +13,7 @@ from weaveusd.errors import InputError
 from weaveusd.validate.model import Finding, Status
 from weaveusd.validate.moment_maps import (
     expected_maps,
-    is_map,
+    format_fault,
     kinds_of,
     map_header,
     read_map,
@@ -83,9 +83,8 @@ def _faults(asset: OpenAsset, system: str) -> Iterator[Finding]:
         where = asset.short(asset.textures.path(file))
         try:
             header = map_header(asset, file)
-            if not is_map(header):
-                stored = f"{header.channels} channels of {header.dtype}"
-                yield FORMAT(f"has {stored}, expected 4 of float16", where)
+            if fault := format_fault(header):
+                yield FORMAT(fault, where)
                 continue
             read_map(asset, file)
         except InputError as error:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from weaveusd.contract import MITSUBA_CONTEXT
 from weaveusd.errors import StageError
-from weaveusd.validate.color_difference import delta_e_2000
+from weaveusd.validate.color_difference import delta_e_2000, mean_delta_e
 from weaveusd.validate.exhibits import Exhibit, of_linear, of_share
 from weaveusd.validate.flip import flip
 from weaveusd.validate.model import Finding, Status
@@ -48,7 +48,7 @@ def networks_against_exact(asset: OpenAsset) -> Iterator[Finding]:
         picture = others[context].image
         seen, colors = flip(exact, picture), delta_e_2000(exact.clip(0, 1), picture.clip(0, 1))
         # Pixels of one repeat differ in place: means and maps say both.
-        mean = float(delta_e_2000(exact.mean(axis=(0, 1)), picture.mean(axis=(0, 1))))
+        mean = mean_delta_e(exact, picture)
         told = f"mean FLIP {seen.mean():.3f}; ΔE2000 of the mean colors {mean:.2f}"
         losses = "; ".join(str(loss) for loss in others[context].losses)
         asset.shown[context] = Exhibit(
