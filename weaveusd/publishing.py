@@ -153,7 +153,6 @@ def publish(
     WeaveusdError
         The disk refused.
     """
-    from weaveusd.export.asset import write_asset
     from weaveusd.export.losses import losses_as_json, losses_of
     from weaveusd.export.names import safe_name
     from weaveusd.export.publish import plan_asset, publish_asset
@@ -193,6 +192,9 @@ def publish(
     pictures = _pictures(tuple(cloths) if colorways else ()) if previews else {}
 
     def write(folder: Path) -> None:
+        # Imported here: input that is refused should not wait for it.
+        from weaveusd.export.asset import write_asset
+
         entry = write_asset(
             cloths[first],
             folder,

@@ -17,8 +17,7 @@ from weaveusd.export.mtlx_nodes import (
     add_image,
     add_maps,
     add_material,
-    add_output,
-    connect_output,
+    connect_node,
     new_document,
     set_numbers,
 )
@@ -64,8 +63,7 @@ def write_exact(material: ClothMaterial, folder: Path, files: LookFiles = CLOTH_
         (cloth, "tangent", fibre),
         (surface, "opacity", maps.opacity),
     ):
-        add_output(graph, f"{name}_out", source)
-        connect_output(node, name, graph, f"{name}_out")
+        connect_node(node, name, graph, source)
     lookup = _Lookup(graph, ids)
     optics = optics_of(material)
     for name in SHADER_YARN_ARRAYS:
@@ -73,8 +71,7 @@ def write_exact(material: ClothMaterial, folder: Path, files: LookFiles = CLOTH_
         if len(set(values)) == 1:
             set_numbers(cloth, name, "float", values[0])
         else:
-            add_output(graph, f"{name}_out", lookup.add(name, values))
-            connect_output(cloth, name, graph, f"{name}_out")
+            connect_node(cloth, name, graph, lookup.add(name, values))
     connect_moments(cloth, graph, maps.repeats, material, files)
     surface.setConnectedNode("bsdf", cloth)
     surface.setInputValue("thin_walled", True)

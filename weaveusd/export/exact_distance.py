@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from weaveusd.contract import MAX_KINDS
+from weaveusd.contract import MAX_KINDS, section_input
 from weaveusd.export.moments import system_maps
-from weaveusd.export.mtlx_nodes import add_image, add_output, connect_output, set_numbers
+from weaveusd.export.mtlx_nodes import add_image, connect_node, set_numbers
 from weaveusd.export.network_mitsuba import optics_of
 from weaveusd.synth.moments import map_size
 
@@ -33,7 +33,7 @@ def connect_moments(
     texels = graph.addNode("multiply", "moment_texels", "vector2")
     texels.setConnectedNode("in1", repeats)
     set_numbers(texels, "in2", "vector2", width, height)
-    _connect(cloth, "moment_texels", graph, texels)
+    connect_node(cloth, "moment_texels", graph, texels)
     for maps in system_maps(material.weave):
         for name, file in zip(maps.names, maps.files, strict=True):
             put = f"{maps.system}_{name}"
@@ -41,9 +41,9 @@ def connect_moments(
             image = add_image(graph, f"{put}_map", files.texture(file), kind, repeats)
             if kind == "color4":
                 image.getInput("file").setColorSpace(material.color_space)
-            _connect(cloth, put, graph, image)
+            connect_node(cloth, put, graph, image)
         section = (maps.flatness, maps.curvature)
-        set_numbers(cloth, f"{maps.system}_section", "vector2", *section)
+        set_numbers(cloth, section_input(maps.system), "vector2", *section)
         for put, names in (("fibres", FIBRES), ("lobes", LOBES)):
             numbers = [number for row in _kind_rows(material, maps, names) for number in row]
             set_numbers(cloth, f"{maps.system}_{put}", "matrix44", *numbers)
@@ -60,8 +60,3 @@ def _kind_rows(
     kinds = [*maps.kinds, *[maps.kinds[0]] * MAX_KINDS][:MAX_KINDS]
     rest = (0.0,) * (4 - len(names))
     return [tuple(optics[name][yarn - 1] for name in names) + rest for yarn in kinds]
-
-
-def _connect(cloth: Any, name: str, graph: Any, node: Any) -> None:
-    add_output(graph, f"{name}_out", node)
-    connect_output(cloth, name, graph, f"{name}_out")

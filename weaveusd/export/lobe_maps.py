@@ -21,6 +21,7 @@ from weaveusd.export.images import density
 from weaveusd.export.lobe_texels import MOMENTS, fill_lobes, fill_moments, halve_rows
 from weaveusd.export.lobes import towards, yarn_lobes
 from weaveusd.export.tiled import TILE, TiledWriter, level_sizes
+from weaveusd.synth.boxes import columns_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -120,11 +121,7 @@ class _Level:
 
     def __init__(self, above: tuple[int, int], below: tuple[int, int], file: IO[bytes]) -> None:
         self._full, self._width, self._file = above[1], below[0], file
-        # In units of 1/below of a column above: where it and the column below it end.
-        begin = np.arange(above[0]) * below[0]
-        self._cell = begin // above[0]
-        ends = (self._cell + 1) * above[0]
-        self._inside = np.minimum(below[0], ends - begin) / below[0]
+        self._cell, self._inside = columns_of(above[0], below[0])
         self._open, self._line = np.zeros((2, below[0], len(MOMENTS)))
         self._added = 0
 

@@ -101,6 +101,12 @@ def connect_output(node: Any, name: str, graph: Any, output: str) -> None:
     node.addInput(name, found.getType()).setConnectedOutput(found)
 
 
+def connect_node(node: Any, name: str, graph: Any, source: Any) -> None:
+    """Let the input `name` of `node` take what `source` gives, through an output of `graph`."""
+    add_output(graph, f"{name}_out", source)
+    connect_output(node, name, graph, f"{name}_out")
+
+
 def add_material(document: Any, name: str, surface: Any) -> None:
     """Add the material `name` with `surface`."""
     material = document.addNode("surfacematerial", name, "material")

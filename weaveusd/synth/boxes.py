@@ -45,3 +45,10 @@ def add_rows(total: Doubles, rows: Doubles, first: int, full: int) -> None:
         total[r] += row * (inside / full)
         if inside < height:
             total[r + 1] += row * ((height - inside) / full)
+
+
+def columns_of(texels: int, width: int) -> tuple[NDArray[np.intp], Doubles]:
+    """Return which of `width` even pieces each of `texels` lies in first, and how much of it."""
+    begin = np.arange(texels) * width
+    cell = begin // texels
+    return cell, np.minimum(width, (cell + 1) * texels - begin) / width

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from weaveusd.synth.boxes import columns_of
 from weaveusd.synth.kinds import kinds_of
 from weaveusd.synth.moment_rows import ROOM, sum_rows
 from weaveusd.synth.moments import ALBEDO, MOMENTS, SHARE, TEXTURES, MomentMaps, sections
@@ -63,7 +64,7 @@ class MomentSums:
             np.ones(len(of_yarn)) if gains is None else np.asarray(gains, float),
             of_yarn,
         )
-        self._columns = _columns(across, width)
+        self._columns = columns_of(across, width)
         channels = SHARE + max(len(kinds.optics) for kinds in self._kinds)
         self._done = np.zeros((2, height, width, channels), np.float32)
         # The row of the maps that is open, and what a row of texels adds to it.
@@ -109,10 +110,3 @@ class MomentSums:
             done[..., SHARE : SHARE + len(optics)],
             optics,
         )
-
-
-def _columns(texels: int, width: int) -> tuple[NDArray[np.intp], Doubles]:
-    """Return the column of the maps that each of `texels` lies in first, and how much of it."""
-    begin = np.arange(texels) * width
-    cell = begin // texels
-    return cell, np.minimum(width, (cell + 1) * texels - begin) / width
